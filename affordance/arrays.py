@@ -1,4 +1,4 @@
-"""Array types for annotations, attributes of labelled arrays, and read-only arrays of frozen dataclasses."""
+"""Array types, attributes of labelled arrays, and read-only arrays of frozen dataclasses."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,7 +13,7 @@ type Arrays = Mapping[str, NDArray[Any]]
 
 
 def about(units: str, long_name: str) -> dict[str, str]:
-    """Returns the attributes of a variable: its unit ("1" for a number without one) and its meaning."""
+    """Builds a variable's attributes: its unit ("1" if dimensionless) and its meaning."""
     return {"units": units, "long_name": long_name}
 
 

@@ -1,7 +1,7 @@
 """Command line: ``affordance COMMAND``.
 
-A command is a module of ``affordance.commands``, imported on demand, so that ``affordance doctor`` runs where Drake
-cannot be imported. The name of an experiment stands for ``run`` with that experiment.
+A command is a module of ``affordance.commands``. It is imported on demand, so that ``affordance doctor`` runs even if
+Drake cannot be imported. The name of an experiment alone runs that experiment.
 """
 
 import argparse
@@ -25,21 +25,21 @@ from affordance.files.model_folder import import_study
 from affordance.runs.program_errors import blame_programs
 from affordance.version import __version__
 
-# Commands that need no library of the system.
+# Commands that need no system library.
 _FREE = ("doctor", "completion")
-# Commands that may take seconds and have no progress bar of their own: the elapsed time is shown.
+# Commands that may take seconds but have no progress bar: the elapsed time is shown.
 _SHOW_TIME = ("guess", "rank", "next", "compare-robots", "excite", "identify", "memory")
-# What the dynamic loader says if it has no memory for a library.
+# Messages of the dynamic loader if it has no memory for a library.
 _NO_MEMORY = ("failed to map segment", "annot allocate memory")
-# Exit status as of a process that SIGPIPE ended.
+# Exit status of a process that SIGPIPE ended.
 _NO_READER = 141
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
-    """Runs a command, by default that of this process, and returns the exit status; messages begin with ``program``.
+    """Runs a command, by default the process's own, and returns the exit status.
 
-    The status is 0, 2 for invalid input, 3 if some of the work could not be done, 130 after an interruption, or 141
-    if whoever reads the output has gone.
+    Messages begin with ``program``. The status is 0, 2 for invalid input, 3 if some of the work could not be done,
+    130 after an interruption, or 141 if the reader of the output has closed it.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
             return _run(words, program)
         finally:
             if sys.stdout is not None:
-                sys.stdout.flush()  # here, where a failure can still be answered
+                sys.stdout.flush()  # here, where a failure can still be handled
     except AffordanceError as error:
         problem = str(error)
     except KeyboardInterrupt:
@@ -55,11 +55,11 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         return 130
     except MemoryError as error:
         problem = describe_memory_error(error)
-    except ImportError as error:  # a library that is missing, or that the loader finds no memory for
+    except ImportError as error:  # a missing library, or too little memory to load it
         problem = describe_import_error(error)
     except BrokenPipeError:
         with Path(os.devnull).open("wb") as nowhere:
-            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # the interpreter flushes once more at its end
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # the interpreter flushes again when it exits
         return _NO_READER
     except OSError as error:  # a full disk, a removed folder
         problem = describe_system_error(error)
@@ -68,7 +68,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
 
 
 def _run(words: Sequence[str], program: str) -> int:
-    """Runs the command that the words name, and returns the exit status."""
+    """Runs the command that the words name and returns the exit status."""
     if words and words[0] in EXPERIMENTS:
         words = ["run", *words]
     if words and words[0] in FORMER:
@@ -88,7 +88,7 @@ def _run(words: Sequence[str], program: str) -> int:
     if name not in _FREE:
         provide_libraries()
     if name == "study" and words and not words[0].startswith("-"):
-        study = import_study(words[0])  # a command with its own line of help
+        study = import_study(words[0])  # a command with its own help
         command: Command = study
         name, description, words = f"study {words[0]}", study.HELP, words[1:]
     else:
@@ -120,7 +120,7 @@ def _list_programs(chosen: argparse.Namespace) -> list[Path]:
 
 
 def describe_import_error(error: ImportError) -> str:
-    """Describes a library that cannot be loaded in one line; raises the error again for a part of the program."""
+    """Describes in one line a library that cannot be loaded; re-raises errors about the program's own modules."""
     if (error.name or "").partition(".")[0] in ("affordance", "studies"):
         raise error
     if any(sign in str(error) for sign in _NO_MEMORY):
@@ -129,7 +129,7 @@ def describe_import_error(error: ImportError) -> str:
 
 
 def describe_memory_error(error: Exception) -> str:
-    """Describes a lack of memory in one line."""
+    """Describes in one line that memory ran out."""
     found = " ".join(str(error).split())
     return f"memory ran out{f' ({found})' if found else ''}; fewer --jobs, or smaller settings and files, take less"
 
@@ -143,7 +143,7 @@ class ShownFormatter(logging.Formatter):
 
 
 def describe_system_error(error: OSError) -> str:
-    """Describes an error of the system in one line: the file, if known, and the fault."""
+    """Describes a system error in one line: the file, if known, and the fault."""
     parts = (error.filename, error.strerror or str(error) or type(error).__name__)
     return show_text(" ".join(": ".join(str(part) for part in parts if part).split()))
 

@@ -1,4 +1,4 @@
-"""Errors that a caller can act on; all derive from AffordanceError, whose text is always one line."""
+"""Errors that callers can act on; all derive from AffordanceError, and their text is always one line."""
 
 import difflib
 import re
@@ -9,24 +9,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray  # NumPy takes a third of the time of --help
+    from numpy.typing import NDArray  # importing NumPy would take a third of the time of --help
 
-# Largest number of characters shown of a value, and of a whole message.
+# Largest number of characters of a shown value, and of a whole message.
 _SHOWN, _LONGEST = 100, 2000
-# Characters that Python counts as printable, and that show nothing: fillers, joiners, variation selectors.
+# Invisible characters that Python counts as printable: fillers, joiners, variation selectors.
 _BLANK = re.compile(
     "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]"
 )
-# Most marks on one letter; more of them cover the lines around. Vietnamese has two, Hebrew four.
+# Largest number of combining marks on one letter; more of them cover adjacent lines. Vietnamese has two, Hebrew four.
 _MOST_MARKS = 4
-# Invisible characters that a text of several lines may hold: line ends, tabs, and spaces of fixed width.
+# Invisible characters that multi-line texts may contain: line ends, tabs, and fixed-width spaces.
 PROSE = "\n\t\u00a0\u2009\u202f\u3000"
-# Words that replace an article.
+# Words with which a name needs no article.
 _DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "their", "this", "that"}
 
 
 class AffordanceError(Exception):
-    """Base of all errors that this package raises for the input of a user or the contents of a file.
+    """Base of all errors that this package raises for user input or the contents of files.
 
     Example:
         >>> from affordance import AffordanceError, load_tools
@@ -41,15 +41,15 @@ class AffordanceError(Exception):
         return _on_one_line(super().__str__())
 
     def __post_init__(self) -> None:
-        # Of errors with parts: their arguments, so that they can be passed between processes.
+        # For errors that are dataclasses: pickling between processes uses ``args``.
         self.args = tuple(getattr(self, each.name) for each in fields(self))  # type: ignore[arg-type]
 
 
 def find_hidden(text: str, allowed: str = "") -> str:
-    """Describes the first character that readers do not see, or that changes what they see; empty if there is none.
+    """Describes the first character that is invisible or changes how a text is displayed; empty if there is none.
 
-    These are characters that control a terminal, lines or the direction of writing, that have no width, that are
-    private or half of a pair, spaces other than " ", and marks heaped on a letter.
+    These are characters that control the terminal, lines or the writing direction, zero-width and private-use
+    characters, lone surrogates, spaces other than " ", and too many marks on a letter.
     """
     if text.isascii() and text.isprintable():
         return ""
@@ -58,7 +58,7 @@ def find_hidden(text: str, allowed: str = "") -> str:
 
 
 def show_text(text: str, allowed: str = "") -> str:
-    """Returns a text with \ufffd in place of each character that ``find_hidden`` finds."""
+    """Replaces each character that ``find_hidden`` finds with \ufffd."""
     if text.isascii() and text.isprintable():
         return text
     return "".join("\ufffd" if is_hidden else each for each, is_hidden in _flag_hidden(text, allowed))
@@ -84,32 +84,32 @@ def show_value(value: Any) -> str:
 
 
 def suggest(value: object, known: Iterable[str]) -> str:
-    """Suggests the known names of which a value is one word, or else the nearest one; empty if none is near."""
+    """Suggests known names that contain a value as a word, or else the closest name; empty if none is close."""
     word, names = str(value)[:_SHOWN], list(known)
     near = [name for name in names if word in name.split("_")] or difflib.get_close_matches(word, names, n=1)
     return f"; did you mean {' or '.join(map(repr, near[:3]))}?" if near else ""
 
 
 def describe_choice(value: object, known: Iterable[str]) -> str:
-    """Describes a value that is not among the known names, and suggests the nearest of them."""
+    """Describes a value that is not among the known names, and suggests the closest name."""
     names = list(known)
     shown = repr(value) if len(repr(value)) <= _SHOWN else f"{repr(value)[:_SHOWN]}..."
     return f"is {shown}, must be one of {', '.join(names)}{suggest(value, names)}"
 
 
 def hide_password(text: str) -> str:
-    """Returns a text with *** in place of the passwords of URLs, as "server://user:***@host/name"."""
+    """Replaces passwords in URLs with ***, as in "server://user:***@host/name"."""
     return re.sub(r"(://[^\s:/@]*):[^\s]*@", r"\1:***@", re.sub(r"([?&]password=)[^\s&]*", r"\1***", text))
 
 
 def name_object(name: str) -> str:
-    """Names an object within a sentence: "the stick", but "my hammer"."""
+    """Formats an object's name for a sentence: "the stick", but "my hammer"."""
     return name if name.split(" ", 1)[0].lower() in _DETERMINERS else f"the {name}"
 
 
 @dataclass(eq=False, repr=False)
 class BadValueError(AffordanceError):
-    """Error of a value in a file or on the command line: missing, of the wrong kind or out of bounds.
+    """Error for a value in a file or on the command line: missing, of the wrong kind, or out of bounds.
 
     Attributes:
         source: Path of the file, or the command-line option.
@@ -134,7 +134,7 @@ class BadValueError(AffordanceError):
 
 
 class BadArgumentError(BadValueError, ValueError):
-    """Error of an argument of a public function: of the wrong kind or out of bounds; raised by ``arguments``.
+    """Error for an argument of a public function: of the wrong kind or out of bounds.
 
     Attributes:
         source: Name of the argument, or of the class whose field it is.
@@ -152,12 +152,12 @@ class BadArgumentError(BadValueError, ValueError):
 
 
 class InfeasibleError(BadValueError):
-    """Error of a task that an arm cannot do, though its files are valid."""
+    """Error for a task that an arm cannot do although its files are valid."""
 
 
 @dataclass(eq=False, repr=False)
 class ModelFileError(AffordanceError):
-    """Error of a robot description (SDF, URDF, directives): it cannot be loaded, or lacks parts that an arm needs.
+    """Error for a robot description (SDF, URDF, directives) that cannot be loaded or lacks parts of an arm.
 
     Attributes:
         path: Path of the file.
@@ -183,9 +183,9 @@ class ModelFileError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class UnavailableError(AffordanceError):
-    """Error of a part of the program that does not work on this machine, as something is not installed.
+    """Error for a part of the program that does not work on this machine because something is not installed.
 
-    The part is named with its verb, as in "rendered pictures are".
+    ``part`` includes its verb, as in "rendered pictures are".
     """
 
     part: str
@@ -197,9 +197,9 @@ class UnavailableError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class NoPlanError(AffordanceError):
-    """Error of a controller that finds no motion within position and velocity limits.
+    """Error for a controller that finds no motion within position and velocity limits.
 
-    The time is that since the motion began, [s]; the place, in words, is empty if it is unknown.
+    ``time`` is the time since the motion began, [s]; ``place``, in words, is empty if unknown.
     """
 
     time: float
@@ -212,9 +212,9 @@ class NoPlanError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class StallError(AffordanceError):
-    """Error of a simulation that exceeds its largest admissible number of steps, at a simulated time, [s].
+    """Error for a simulation that exceeds the allowed number of steps at a simulated time, [s].
 
-    The touches are names of the bodies in contact, in pairs.
+    ``touches`` are pairs of names of bodies in contact.
     """
 
     tool: str
@@ -230,7 +230,7 @@ class StallError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class SeeingError(AffordanceError):
-    """Error of a picture in which the features of an object cannot be detected.
+    """Error for a picture in which an object's features cannot be detected.
 
     The picture is red, green and blue, (height, width, 3), uint8, with
     depth, (height, width), [m]; the frame is the path under which it was saved, empty if it was not.
@@ -247,38 +247,38 @@ class SeeingError(AffordanceError):
 
 
 class UnusablePictureError(SeeingError):
-    """Error of an unusable picture: of the wrong shape or type, or smaller than the smallest object."""
+    """Error for a picture of the wrong shape or type, or smaller than the smallest object."""
 
 
 class NoDepthError(SeeingError):
-    """Error of a picture with too few depth readings, or with readings that are not finite."""
+    """Error for a picture with too few depth readings, or readings that are not finite."""
 
 
 class OneColourError(SeeingError):
-    """Error of a picture of a single colour, as from a covered or broken camera."""
+    """Error for a picture of a single colour, such as from a covered or broken camera."""
 
 
 class NothingSeenError(SeeingError):
-    """Error of a picture of the empty stand: no object, or one out of view."""
+    """Error for a picture of the empty stand: there is no object, or it is out of view."""
 
 
 class OutOfViewError(SeeingError):
-    """Error of an object that reaches beyond the picture's edge."""
+    """Error for an object that extends beyond the picture's edge."""
 
 
 class TooSmallError(SeeingError):
-    """Error of a part that covers fewer pixels than its fit needs."""
+    """Error for a part that covers fewer pixels than its fit needs."""
 
 
 class HiddenPartError(SeeingError):
-    """Error of a part that is largely hidden by another."""
+    """Error for a part that is largely hidden by another part."""
 
 
 class NoFitError(SeeingError):
-    """Error of a part whose visible surface no plausible ellipsoid fits."""
+    """Error for a part whose visible surface does not fit any plausible ellipsoid."""
 
 
 def _on_one_line(text: str) -> str:
-    """Returns the text as one line of limited length, without control characters and passwords of URLs."""
+    """Formats a text as one line of limited length, without control characters or passwords in URLs."""
     line = show_text(" ".join(hide_password(text).split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"

@@ -1,8 +1,8 @@
-"""Settings by name, as changed by ``--set prior.sd=8000``, and as listed.
+"""Lists settings by name, and changes them, as in ``--set prior.sd=8000``.
 
-A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model``, the
-learner by ``learner``; the names of their numbers are then those of that model and of that learner, as
-``learner.kappa``. The arm is not set by name: it belongs to a folder of models.
+A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model`` and the
+learner by ``learner``; their parameters are then named after the chosen one's fields, such as ``learner.kappa``. The
+arm has no name because it belongs to a model folder.
 """
 
 import enum
@@ -22,13 +22,13 @@ from affordance.files.constraints import Setting, list_field_types
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-# Values by name; a mapping gives values of the names below its own.
+# Values by name; a nested mapping contains values of the names below its own.
 type Changes = Mapping[str, Any]
 
 # Noise models by name.
 NOISE_MODELS: Mapping[str, type[WeberNoise | WhiteNoise]] = {"weber": WeberNoise, "white": WhiteNoise}
 NO_CHANGES: Changes = {}
-# Names of settings by those that an earlier version had.
+# Names of settings, by their names in earlier versions.
 FORMER = {
     "integration_scheme": "integrator.scheme",
     "accuracy": "integrator.accuracy",
@@ -46,9 +46,10 @@ _MODEL_SOURCE = (
 
 
 class NamedSetting(NamedTuple):
-    """Setting with its name, a path of fields, its value, and its meaning in words.
+    """Setting with its name, which is a path of fields, its value, and its meaning.
 
-    The unit is "1" if dimensionless, and empty if it is no number; the source is that of the default, or its reason.
+    The unit is "1" if dimensionless, and empty if the value is not a number. The source is that of the default value,
+    or the reason for it.
     """
 
     name: str
@@ -59,7 +60,7 @@ class NamedSetting(NamedTuple):
 
 
 def list_settings(settings: Settings = DEFAULT_SETTINGS) -> list[NamedSetting]:
-    """Lists all settings that have a name."""
+    """Lists all settings that have names."""
     return list(_walk(settings, ""))
 
 
@@ -68,8 +69,8 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
 
     Args:
         settings: Settings to start from.
-        changes: Values by name; a mapping gives values of the names below its own.
-        source: Source of the changes, for errors; in a file they lie under the key ``settings``.
+        changes: Values by name; a nested mapping contains values of the names below its own.
+        source: Source of the changes, for errors; in a file they are under the key ``settings``.
 
     Raises:
         BadValueError: There is no such setting, or a value is of the wrong kind or out of bounds.
@@ -79,10 +80,10 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
     prefix = "settings." if isinstance(source, Path) else ""
     flat = dict(_flatten(changes, ""))
     if _LEARNER in flat:
-        flat = {_LEARNER: flat.pop(_LEARNER), **flat}  # parameters are of the chosen one
+        flat = {_LEARNER: flat.pop(_LEARNER), **flat}  # first, because it decides which parameters there are
     if _NOISE_MODEL in flat:
         model = flat.pop(_NOISE_MODEL)
-        if model not in list(NOISE_MODELS):  # a list: what YAML gives may have no hash
+        if model not in list(NOISE_MODELS):  # a list, because values from YAML may not be hashable
             raise BadValueError(source, f"{prefix}{_NOISE_MODEL}", describe_choice(model, NOISE_MODELS))
         if not isinstance(settings.noise, NOISE_MODELS[model]):
             settings = replace(settings, noise=NOISE_MODELS[model]())
@@ -98,7 +99,7 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
 
 
 def parse_changes(words: Sequence[str]) -> dict[str, Any]:
-    """Parses words such as ``prior.sd=8000``; values are read as in YAML.
+    """Parses words such as ``prior.sd=8000`` into values by name; values are parsed as YAML.
 
     A word of another form, or a setting that is named twice, raises a BadValueError.
     """
@@ -106,7 +107,7 @@ def parse_changes(words: Sequence[str]) -> dict[str, Any]:
     for word in words:
         name, equals, text = word.partition("=")
         if not equals or not name.strip():
-            raise BadValueError("--set", "", f"is {word!r}, must be NAME=VALUE, as prior.sd=8000")
+            raise BadValueError("--set", "", f"is {word!r}, must be NAME=VALUE, such as prior.sd=8000")
         if name.strip() in changes:
             raise BadValueError("--set", name.strip(), "is given twice")
         changes[name.strip()] = parse_value(text)
@@ -114,7 +115,7 @@ def parse_changes(words: Sequence[str]) -> dict[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """Reads a value as in a file of settings; what is not YAML is a text."""
+    """Parses a value as in a settings file; a value that is not YAML is a text."""
     try:
         return parse_yaml(text, "value")
     except BadValueError:
@@ -122,13 +123,13 @@ def parse_value(text: str) -> Any:
 
 
 def describe_changes(settings: Settings) -> dict[str, Any]:
-    """Lists names and values of the settings that differ from their defaults."""
+    """Returns the settings that differ from their defaults, by name."""
     default = {each.name: each.value for each in list_usual(settings)}
     return {each.name: each.value for each in list_settings(settings) if default.get(each.name, ...) != each.value}
 
 
 def list_usual(settings: Settings) -> list[NamedSetting]:
-    """Lists the default of every setting, and the usual parameters of the learner."""
+    """Lists the defaults of all settings, with the usual parameters of the given learner."""
     learner = [
         each
         for each in list_settings(replace(settings, learner=settings.learner.usual))
@@ -138,7 +139,7 @@ def list_usual(settings: Settings) -> list[NamedSetting]:
 
 
 def show_setting(value: float | str | bool | None) -> str:
-    """Formats a value as in YAML; numbers with up to twelve significant digits."""
+    """Formats a value as YAML, with up to twelve significant digits."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     return value if isinstance(value, str) else f"{value:.12g}"
@@ -164,7 +165,7 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
 
 
 def _describe_unknown(name: str, known: Sequence[str]) -> str:
-    """Describes an unknown name: by its present name if it had another, else with its group or the nearest name."""
+    """Describes an unknown name, with its current name if it was renamed, or else similar names."""
     if name in FORMER:
         return f"is now {FORMER[name]}"
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]

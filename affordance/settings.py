@@ -1,9 +1,9 @@
-"""Prior, noise model, controller and arm, shared by all simulations, each with its source or reason.
+"""Settings shared by all simulations, such as prior, noise model, controller and arm.
 
-Each has its source or reason in docs/decisions/. Most were fixed before any experiment was run. Some were not: the
-mode of the prior was chosen with the paper's figure 4 in view, and others were changed after an outcome of ours had
-been seen; docs/trust.md lists them. A setting is a field with its bounds, its unit and its source;
-``named_settings`` finds settings by name.
+docs/decisions/ gives the source of each or the reason for it. Most were fixed before any experiment was run, but some
+were not: the mode of the prior was chosen after looking at the paper's figure 4, and others were changed after seeing
+results of this program; docs/trust.md lists them. A setting is a field with its bounds, unit and source;
+``named_settings`` accesses settings by name.
 """
 
 import math
@@ -25,7 +25,7 @@ from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.vision.features import FeatureSource, VisionError
 
-# Bounds of what a simulation takes: SECURITY.md has the worst times and memory.
+# Bounds that limit a simulation's time and memory; SECURITY.md gives both at each bound.
 _PERIOD, _POSTERIOR_PERIOD = Within(1e-4, 60.0), Within(0.01, 60.0)
 _ACCURACY = Within(1e-11, 1.0)
 _STEP, _CONTACT_STEP = Within(1e-4, 10.0), Within(1e-5, 10.0)
@@ -43,7 +43,7 @@ class Integrator:
         accuracy: Target accuracy of that integrator.
         stiff_accuracy: Target accuracy for an arm that damping brings to rest within a control period.
         max_step: Largest step of the integrators, [s].
-        contact_scheme: Integrator while a tool may touch a nail, and from a second touch on.
+        contact_scheme: Integrator while a tool may touch a nail, and after a second touch.
         contact_accuracy: Target accuracy of that integrator.
         contact_max_step: Largest step of that integrator around the peak of the force, [s].
     """
@@ -65,7 +65,7 @@ class Integrator:
     contact_max_step: Annotated[float, _CONTACT_STEP, Setting("s", _CONTACT)] = 1e-4
 
     def __post_init__(self) -> None:
-        """Checks all fields; one of the wrong kind or out of bounds raises a BadArgumentError."""
+        """Checks all fields; a value of the wrong kind or out of bounds raises a BadArgumentError."""
         check_fields(self)
 
     @property
@@ -85,7 +85,7 @@ class Integrator:
 
     @property
     def second_touch(self) -> SimulatorConfig:
-        """Configuration from a second touch of the nail on, when long steps suffice again."""
+        """Configuration after a second touch of the nail, when long steps suffice again."""
         return _configure(self.contact_scheme, self.contact_accuracy, self.max_step)
 
 
@@ -102,21 +102,21 @@ class Settings:
     Attributes:
         arm: Drake model directives of the arm.
         prior: Prior of the density of a material that was never held.
-        learner: Learner of all observers, or its name: "density", "kinds_map" or "kinds_drawn". The paper's has one
-            density for each colour, and ``ARM_LEARNER`` of ``belief.learners`` is recommended for robots.
+        learner: Learner of all observers, or its name: "density", "kinds_map" or "kinds_drawn". The paper's learner
+            has one density per colour. For robots, ``ARM_LEARNER`` in ``belief.learners`` is recommended.
         participant: How simulated people push, and how they differ, in lifts in closed form.
         noise: Errors of measured joint torques.
         acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; zero in the
             paper.
         cost_measure: Measure by which options are compared.
         vision_error: Errors of measured features; zero in the paper.
-        feature_source: True features with errors, or features from pictures; vision_error applies to the former.
+        feature_source: True features with errors (vision_error), or features from pictures.
         mpc: Horizon, steps and weights of the controller.
-        angle_margin: Margin that the controller keeps to position limits, [rad].
+        angle_margin: Margin that the controller keeps from position limits, [rad].
         control_period: Time between two plans of the controller, [s].
-        point_estimate: Density that represents the belief in control.
-        uses_posterior: True if the controller uses the growing posterior (an extension), not the visual prior for the
-            whole trial (the paper).
+        point_estimate: Density with which the controller represents the belief.
+        uses_posterior: True if the controller uses the posterior as it is updated within a trial (an extension);
+            False to use the visual prior for the whole trial (the paper).
         sample_period: Time between two samples of proprioception, [s].
         log_period: Time between two rows of the logs, [s].
         posterior_log_period: Time between two entries of the log of the posterior, [s]; None for no such log.
@@ -185,7 +185,7 @@ class Settings:
     )
 
     def __post_init__(self) -> None:
-        """Checks all fields; texts of members and paths are converted.
+        """Checks all fields, and converts texts to Enum members and paths.
 
         Raises:
             BadArgumentError: A field is of the wrong kind or out of bounds, or torques of unloaded joints have no

@@ -1,1 +1,1 @@
-"""Drake as the operating system provides it: libraries, off-screen renderer, base of our systems."""
+"""Drake and the operating system: libraries, off-screen renderer, and the base class of systems."""

@@ -1,4 +1,4 @@
-"""Drake's off-screen renderer, which needs a library of the system."""
+"""Creates Drake's off-screen renderer, which needs a system library."""
 
 import math
 import resource
@@ -8,15 +8,15 @@ from pydrake.geometry import MakeRenderEngineVtk, RenderEngine, RenderEngineVtkP
 
 from affordance.exceptions import UnavailableError
 
-# Address space that the renderer must find: it takes 0.65 GB, and crashes the process without it, [bytes].
+# Address space required by the renderer, [bytes]: it uses 0.65 GB, and crashes the process if there is less.
 _NEEDED = 1_000_000_000
 
 
 def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
-    """Creates the renderer; a missing library of the system, or a lack of memory, raises an UnavailableError."""
+    """Creates the renderer; a missing system library, or too little memory, raises an UnavailableError."""
     room = _find_room()
     if room < _NEEDED:
-        problem = f"{room / 1e9:.2f} GB of the address space are left, must be at least {_NEEDED / 1e9:g} GB"
+        problem = f"{room / 1e9:.2f} GB of address space are left, must be at least {_NEEDED / 1e9:g} GB"
         raise UnavailableError("rendered pictures are", problem)
     try:
         return MakeRenderEngineVtk(params)
@@ -25,9 +25,9 @@ def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
 
 
 def _find_room() -> float:
-    """Finds how much address space is left to this process, [bytes]; infinite without a limit, or where unknown."""
+    """Computes the address space left to this process, [bytes]; infinite without a limit, or if unknown."""
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
-    sizes = Path("/proc/self/statm")  # of Linux
+    sizes = Path("/proc/self/statm")  # on Linux
     if most == resource.RLIM_INFINITY or not sizes.exists():
         return math.inf
     return most - int(sizes.read_text(encoding="ascii").split()[0]) * resource.getpagesize()

@@ -1,4 +1,4 @@
-"""Base of the package's systems: sampled or algebraic, without continuous state, with Python objects on ports."""
+"""Base class for sampled or algebraic systems without continuous state, with Python objects on ports."""
 
 import weakref
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from affordance.arrays import Array
 
 
 class Source[T](Protocol):
-    """Input port with values of a known type; Drake's own stubs declare ``object``."""
+    """Input port with values of a known type; Drake's stubs declare ``object``."""
 
     def Eval(self, context: Context, /) -> T:
         """Evaluates the port in a Context of its system."""
@@ -27,7 +27,8 @@ class Source[T](Protocol):
 class Cached[T]:
     """Cache entry of a system.
 
-    The reference to the system is weak: a system that holds an entry of Drake's own is never freed (Drake 1.58).
+    The reference to the system is weak, because a system that holds Drake's own cache entry is never freed (Drake
+    1.58).
     """
 
     def __init__(self, system: LeafSystem, index: CacheIndex) -> None:
@@ -61,14 +62,14 @@ class ObjectParameter[T]:
 
 
 class SampledSystem(LeafSystem):
-    """LeafSystem without continuous state that costs the integrator no time.
+    """LeafSystem without continuous state that does not slow down the integrator.
 
-    Drake asks every system of a Diagram for its time derivatives at every evaluation of an integrator, even those
-    without continuous state, and for systems written in Python it first looks for an override. Its binding layer
-    (nanobind, Drake 1.58) remembers that a method is not overridden only if there is an attribute of that name bound
-    from C++; a missing attribute is searched for again each time, at 2.7 us per system and evaluation: with seven
-    systems, more than the plant itself takes. Therefore the attribute is defined here. It is bound to the public
-    method with the same arguments: callers get the derivatives, which are empty.
+    At every evaluation of an integrator, Drake requests the time derivatives of all systems of a Diagram, even those
+    without continuous state. For systems written in Python it first looks for an override. Its binding layer
+    (nanobind, Drake 1.58) remembers that a method is not overridden only if an attribute of that name is bound from
+    C++. A missing attribute is searched for each time, at 2.7 us per system and evaluation; with seven systems, this
+    takes longer than the plant itself. Therefore the attribute is defined here. It is bound to the public method with
+    the same arguments, so callers get the derivatives, which are empty.
     """
 
     DoCalcTimeDerivatives = LeafSystem.CalcTimeDerivatives
@@ -84,18 +85,18 @@ class SampledSystem(LeafSystem):
     def declare_object_output(
         self, name: str, calc: Callable[[Context], object], prerequisites: set[DependencyTicket]
     ) -> None:
-        """Declares an output port for the object that ``calc`` returns, recomputed when a prerequisite changes."""
+        """Declares an output port for the object that ``calc`` returns; recomputed if a prerequisite changes."""
         self.DeclareAbstractOutputPort(name, Value[object], _make_setter(calc), prerequisites_of_calc=prerequisites)
 
     def declare_cached[T](
         self, name: str, calc: Callable[[Context], T], prerequisites: set[DependencyTicket]
     ) -> Cached[T]:
-        """Declares a cache entry for the object that ``calc`` returns, recomputed when a prerequisite changes."""
+        """Declares a cache entry for the object that ``calc`` returns; it is recomputed if a prerequisite changes."""
         producer = ValueProducer(allocate=Value[object], calc=_make_setter(calc))
         return Cached(self, self.DeclareCacheEntry(name, producer, prerequisites).cache_index())
 
     def declare_object_parameter(self, initial: object = None) -> ObjectParameter[Any]:
-        """Declares an object parameter of the Context; without an initial value it must be set before it is read."""
+        """Declares an object parameter of the Context; without an initial value, it must be set before use."""
         index = self.DeclareAbstractParameter(Value[object]() if initial is None else AbstractValue.Make(initial))
         return ObjectParameter(index, self.abstract_parameter_ticket(AbstractParameterIndex(index)))
 
@@ -105,7 +106,7 @@ class SampledSystem(LeafSystem):
 
 
 def _make_setter(calc: Callable[[Context], object]) -> Callable[[object, object], None]:
-    """Wraps a method as Drake calls it for objects; weakly, since Drake would keep the method's owner alive."""
+    """Wraps a method in the form that Drake calls; the reference is weak so that its owner can be freed."""
     method: Any = weakref.WeakMethod(calc)
 
     def set_value(context: Any, output: Any) -> None:

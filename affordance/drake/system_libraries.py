@@ -1,6 +1,6 @@
-"""Shared libraries of the system that wheels do not include: detection and installation of missing ones.
+"""Detects and installs missing system libraries that wheels do not include.
 
-All other libraries come with the wheels. This module imports no library that could be missing.
+This module imports no library that could be missing.
 """
 
 import ctypes
@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 from affordance.exceptions import AffordanceError
 
-_STDERR = 2  # file descriptor, which libraries in C use
+_STDERR = 2  # file descriptor, to which C libraries write
 
 
 class SystemLibrary(NamedTuple):
-    """Shared library of the system, with its file name for the loader, and the package of Debian that has it."""
+    """System library: its file name for the loader, and the Debian package that contains it."""
 
     file: str
     package: str
@@ -35,13 +35,13 @@ LIBRARIES = (
     SystemLibrary("libXrender.so.1", "libxrender1", "pictures of Diagrams", False),
     SystemLibrary("libEGL.so.1", "libegl1", "rendered pictures", False),
 )
-# Libraries of Pinocchio, with which tests compare.
+# Libraries of Pinocchio, which tests compare with.
 TEST_LIBRARIES = (SystemLibrary("libgomp.so.1", "libgomp1", "Pinocchio, for tests", False),)
 
 
 @contextmanager
 def hide_font_warnings() -> Iterator[None]:
-    """Suppresses fontconfig's warnings about the system's files on the terminal; other output is kept."""
+    """Suppresses fontconfig's warnings about system files on the terminal; other output is kept."""
     sys.stderr.flush()
     terminal = os.dup(_STDERR)
     with tempfile.TemporaryFile() as caught:
@@ -59,26 +59,26 @@ def hide_font_warnings() -> Iterator[None]:
 
 
 def find_missing(for_tests: bool = False) -> list[SystemLibrary]:
-    """Lists the libraries that the loader does not find."""
+    """Lists the libraries that the loader cannot find."""
     return [library for library in LIBRARIES + (TEST_LIBRARIES if for_tests else ()) if not _is_there(library.file)]
 
 
 def write_command(missing: list[SystemLibrary]) -> str:
-    """Returns the command that installs libraries."""
+    """Builds the command that installs libraries."""
     return f"apt-get install -y {' '.join(dict.fromkeys(library.package for library in missing))}"
 
 
 def provide_libraries(for_tests: bool = False) -> None:
-    """Installs missing libraries with apt-get if run as root; otherwise prints the command that does.
+    """Installs missing libraries with apt-get if run as root; otherwise prints the command for it.
 
-    A required library that is still missing then raises an AffordanceError.
+    If a required library is still missing then, an AffordanceError is raised.
     """
     missing = find_missing(for_tests)
     if not missing:
         return
     if os.geteuid() == 0 and shutil.which("apt-get"):
         packages = ", ".join(dict.fromkeys(library.package for library in missing))
-        print(f"affordance: installing with apt-get what this system lacks: {packages}", file=sys.stderr)
+        print(f"affordance: installing missing libraries with apt-get: {packages}", file=sys.stderr)
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "check": False}
         environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
         subprocess.run(["apt-get", "update"], env=environment, **quiet)  # type: ignore[call-overload]
@@ -87,7 +87,7 @@ def provide_libraries(for_tests: bool = False) -> None:
     if not missing:
         return
     purposes = ", ".join(dict.fromkeys(library.needed_for for library in missing))
-    message = f"this system lacks libraries for {purposes}; to get them, type: sudo {write_command(missing)}"
+    message = f"this system lacks libraries for {purposes}; to install them, run: sudo {write_command(missing)}"
     if any(library.is_required for library in missing):
         raise AffordanceError(message)
     print(f"affordance: {message}", file=sys.stderr)

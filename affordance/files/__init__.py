@@ -1,1 +1,1 @@
-"""File access: location of the models, readers with bounds on size, and atomic writing."""
+"""File access: location of the models, size-limited readers, and atomic writing."""

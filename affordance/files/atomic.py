@@ -1,4 +1,4 @@
-"""Atomic writing of files: a file appears complete or not at all."""
+"""Writes files atomically: a file appears complete or not at all."""
 
 import json
 import logging
@@ -16,9 +16,9 @@ _TEMPORARY = ".writing."
 
 
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Lets a function write a temporary file of the same suffix, which then replaces the target in one step.
+    """Calls ``write`` with a temporary file of the same suffix, which then replaces the target atomically.
 
-    Folders are created. An OSError names the target instead of the temporary file.
+    Missing folders are created. An OSError names the target, not the temporary file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{_TEMPORARY}{os.getpid()}.{path.name}")
@@ -30,7 +30,7 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
             raise
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        with suppress(OSError):  # for a read-only folder; the error is reported already
+        with suppress(OSError):  # e.g. in a read-only folder; the first error is raised already
             temporary.unlink(missing_ok=True)
 
 
@@ -45,7 +45,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def to_plain(value: Any) -> Any:
-    """Converts configurations and arrays to JSON types, without dataclass fields marked ``reports``."""
+    """Converts configurations and arrays to JSON types; dataclass fields marked ``reports`` are omitted."""
     if is_dataclass(value) and not isinstance(value, type):
         kept = (each.name for each in fields(value) if not each.metadata.get("reports"))
         return {name: to_plain(getattr(value, name)) for name in kept}
@@ -69,13 +69,13 @@ def to_plain(value: Any) -> Any:
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Removes the temporary files of a run that was killed; no other run may be writing to the folder."""
+    """Removes temporary files of a killed run; no other run may be writing to the folder."""
     for path in folder.rglob(f"{_TEMPORARY}*"):
         path.unlink(missing_ok=True)
 
 
 def quarantine(path: Path, problem: str) -> None:
-    """Renames a corrupt or foreign file, and logs a warning."""
+    """Renames a corrupt or foreign file and logs a warning."""
     aside = path.with_suffix(".broken")
     path.replace(aside)
     _LOG.warning("%s %s; set aside as %s", path, " ".join(problem.split()), aside.name)

@@ -1,8 +1,8 @@
-"""Reading of external files with a bound on their size, which depends on the kind of file.
+"""Reads external files, with a limit on their size that depends on the kind of file.
 
-Sizes are checked before reading, so that an oversized file costs nothing. Each bound is a generous multiple of the
-usual size, and small enough that reading a file takes some minutes and some gigabytes at most. YAML is bounded in its
-entries and levels too, and repeats no key. Every mistake gives a one-line error.
+Sizes are checked before reading, so an oversized file costs nothing. Each limit is a generous multiple of the usual
+size, and small enough that reading a file takes a few minutes and gigabytes at most. YAML also has limits on entries
+and levels, and must not repeat keys. Every fault raises a one-line error.
 """
 
 import csv
@@ -23,29 +23,29 @@ from yaml.composer import Composer
 from affordance.exceptions import PROSE, BadValueError, find_hidden, show_value, suggest
 
 _MB = 1_000_000
-# Protocols, tools, materials and other settings in YAML, and tables of human data: the largest of our own has 8 kB.
+# Protocols, tools, materials and other settings in YAML, and tables of human data: the program's largest has 8 kB.
 SETTINGS = 1 * _MB
-# Descriptions of robots in XML, with meshes in separate files: a link takes some kB.
+# Robot descriptions in XML, with meshes in separate files: a link takes a few kB.
 ROBOT = 10 * _MB
-# Meshes: a scanner's 2 million triangles in binary STL have 100 MB.
+# Meshes: 2 million triangles from a scanner take 100 MB in binary STL.
 MESH = 200 * _MB
-# Recordings: 15 minutes of seven joints at 1 kHz as text have 200 MB.
+# Recordings: 15 minutes of seven joints at 1 kHz take 200 MB as text.
 RECORDING = 200 * _MB
-# Results of our own programs: memories, sections, metrics, summaries.
+# Results of the program itself: memories, sections, metrics, summaries.
 RESULTS = 100 * _MB
-# Most entries and levels of a YAML file, and the characters of a text that count as one more entry. The largest of
-# our own files has 720 entries and 10 levels; 100000 entries take seconds to read.
+# Largest number of entries and levels of a YAML file, and number of characters of a text that count as another entry.
+# The program's largest file has 720 entries and 10 levels; 100000 entries take seconds to read.
 _MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
-# Most characters of a number: the largest double, written without an exponent, has 309.
+# Largest number of characters of a number: the largest double without an exponent has 309.
 _MOST_DIGITS = 1000
-# What PyYAML quotes of a file that is no YAML: whoever wrote its path may have no right to read it.
+# Contents of a file that PyYAML quotes in messages; hidden, because the user may have no right to read the file.
 _QUOTED = re.compile(r"(alias|anchor|tag|handle|base \d+:|to float:) '.*?'")
-# Least similarity, as of difflib, of names of files that are taken for a slip: one letter of seven has 0.86.
+# Least similarity (difflib's ratio) of file names that differ by a typing error: one letter of seven gives 0.86.
 _ALIKE = 0.8
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Reads a regular file of at most ``most`` bytes; raises a BadValueError for any other."""
+    """Reads a regular file of at most ``most`` bytes; any other file raises a BadValueError."""
     try:
         check_size(path, most)
         with path.open("rb") as file:
@@ -53,13 +53,13 @@ def read_bytes(path: Path, most: int) -> bytes:
     except OSError as error:
         bound = ", must be a file" if isinstance(error, IsADirectoryError) else ""
         raise BadValueError(path, "", f"cannot be read: {error.strerror}{bound}") from error
-    if len(content) > most:  # it grew, or its file system does not report its size
+    if len(content) > most:  # the file grew, or its file system reports no size
         raise _complain(path, len(content), most)
     return content
 
 
 def suggest_file(path: Path) -> str:
-    """Suggests the file whose name is nearest to that of a missing one in its folder; empty if none is near."""
+    """Suggests the file in the same folder whose name is closest to a missing file's; empty if none is close."""
     try:
         files = (each for each in path.parent.iterdir() if _is_alike(path.stem, each.stem))
         return suggest(path.name, [each.name for each in files])
@@ -68,12 +68,12 @@ def suggest_file(path: Path) -> str:
 
 
 def _is_alike(one: str, other: str) -> bool:
-    """Returns True for names that are a slip or two apart; suffixes, which most files share, do not count."""
+    """Returns True if names differ by a typing error or two; suffixes are ignored because most files share them."""
     return difflib.SequenceMatcher(None, one, other).ratio() >= _ALIKE
 
 
 def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
-    """Reads a text of at most ``most`` bytes, or raises a BadValueError; line ends become newlines."""
+    """Reads a text file of at most ``most`` bytes, with line ends as newlines; faults raise a BadValueError."""
     try:
         text = read_bytes(path, most).decode(encoding)
     except UnicodeDecodeError as error:
@@ -82,7 +82,7 @@ def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
 
 
 def read_json(path: Path) -> Any:
-    """Reads a JSON file; raises a BadValueError if it cannot be read, is too large, or is not JSON."""
+    """Reads a JSON file; a file that cannot be read, is too large, or is not JSON raises a BadValueError."""
     try:
         return json.loads(read_text(path, RESULTS))
     except (ValueError, RecursionError) as error:
@@ -90,10 +90,10 @@ def read_json(path: Path) -> Any:
 
 
 def check_size(path: Path, most: int) -> None:
-    """Raises a BadValueError for devices, pipes and sockets, which might never end, and for a larger file."""
+    """Raises a BadValueError for a file of more than ``most`` bytes, and for devices, pipes and sockets."""
     try:
         found = path.stat()
-    except (OSError, ValueError) as error:  # a name with a NUL is a ValueError
+    except (OSError, ValueError) as error:  # a name that contains NUL raises a ValueError
         problem = f"cannot be read: {getattr(error, 'strerror', error)}{suggest_file(path)}"
         raise BadValueError(path, "", problem) from error
     if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
@@ -107,7 +107,7 @@ def _complain(path: Path, size: int, most: int) -> BadValueError:
 
 
 def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
-    """Reads the rows of a table, from that of column names, of at most ``most`` bytes, or raises a BadValueError."""
+    """Reads the rows of a CSV file of at most ``most`` bytes, header first; faults raise a BadValueError."""
     try:
         rows = list(csv.reader(StringIO(read_text(path, most)), strict=True))
     except csv.Error as error:
@@ -119,7 +119,7 @@ def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
 
 
 def read_number(path: Path, row: int, column: str, text: str) -> float:
-    """Parses a cell as a finite number; anything else raises a BadValueError."""
+    """Parses a table cell as a finite number; anything else raises a BadValueError."""
     try:
         value = float(text)
     except ValueError:
@@ -138,7 +138,7 @@ def read_yaml(path: Path) -> Any:
 
 
 def parse_yaml(text: str, source: Path | str) -> Any:
-    """Parses a text as YAML; arguments of a command too are read so. Errors as in ``read_yaml``."""
+    """Parses YAML text, such as a command's argument; errors are those of ``read_yaml``."""
     with suppress(yaml.YAMLError, ValueError, RecursionError):
         if yaml.__with_libyaml__:
             return _FastLoader(text).get_single_data()
@@ -147,7 +147,7 @@ def parse_yaml(text: str, source: Path | str) -> Any:
 
 
 def check_yaml(path: Path) -> None:
-    """Raises a BadValueError unless a file with tags for another program is YAML within the limits."""
+    """Raises a BadValueError unless a file is YAML within the limits; tags of other programs are allowed."""
     text = read_text(path, SETTINGS)
     with _translate_yaml(path):
         _Loader(text).get_single_node()
@@ -169,14 +169,14 @@ def _translate_yaml(path: Path | str) -> Iterator[None]:
 
 
 class _Refusal(yaml.MarkedYAMLError):
-    """Error raised for valid YAML that exceeds the limits on size."""
+    """Error for valid YAML that exceeds the limits."""
 
 
 class _Loader(yaml.SafeLoader):
-    """Loader that reads numbers such as 1e-3 as in YAML 1.2, and rejects duplicate keys and excessive content.
+    """Loader that parses numbers such as 1e-3 as in YAML 1.2, and rejects duplicate keys and excessive contents.
 
-    An alias repeats the content of its anchor. Nine lines of aliases can expand beyond any memory, so entries are
-    counted as often as they are referenced.
+    An alias repeats the contents of its anchor. Nine lines of aliases can exceed any memory, so entries are counted
+    as often as they are referenced.
     """
 
     def __init__(self, stream: str) -> None:
@@ -185,7 +185,7 @@ class _Loader(yaml.SafeLoader):
         self._sizes: dict[int, int] = {}
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Composes a node, and counts its entries, aliases expanded."""
+        """Composes a node and counts its entries, with aliases expanded."""
         mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
         is_alias = self.check_event(yaml.events.AliasEvent)
         before, self._depth = self._entries, self._depth + 1
@@ -194,14 +194,14 @@ class _Loader(yaml.SafeLoader):
         node: yaml.Node | None = super().compose_node(parent, index)
         if is_alias:
             if id(node) not in self._sizes:
-                raise _Refusal(problem="is an alias inside of its own anchor", problem_mark=mark)
+                raise _Refusal(problem="is an alias inside its own anchor", problem_mark=mark)
             self._entries += self._sizes[id(node)]
         else:
             if isinstance(node, yaml.ScalarNode) and (hidden := find_hidden(node.value, PROSE)):
                 raise _Refusal(problem=f"holds {hidden}", problem_mark=mark)
             self._entries += 1 + (len(node.value) // _ENTRY_LENGTH if isinstance(node, yaml.ScalarNode) else 0)
         if self._entries > _MOST_ENTRIES:
-            problem = f"makes more than {_MOST_ENTRIES} entries, aliases counted as often as they are named"
+            problem = f"expands to more than {_MOST_ENTRIES} entries, with each use of an alias counted"
             raise _Refusal(problem=problem, problem_mark=mark)
         self._sizes[id(node)] = self._entries - before
         self._depth -= 1
@@ -213,7 +213,7 @@ class _Loader(yaml.SafeLoader):
             key = self.construct_object(key_node, deep=True)
             try:
                 twice = key in seen
-            except TypeError:  # a list or a mapping, which PyYAML rejects below
+            except TypeError:  # keys that are lists or mappings; PyYAML rejects them below
                 break
             if twice:
                 raise yaml.constructor.ConstructorError(
@@ -223,7 +223,7 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
     def construct_number(self, node: yaml.ScalarNode) -> int | float:
-        """Reads a number, unless it has too many digits."""
+        """Parses a number, unless it has too many digits."""
         if len(node.value) > _MOST_DIGITS:
             problem = f"is a number of {len(node.value)} characters, must have at most {_MOST_DIGITS}"
             raise _Refusal(problem=problem, problem_mark=node.start_mark)
@@ -240,7 +240,7 @@ _Loader.add_implicit_resolver(
 
 
 class _FastLoader(*((yaml.CSafeLoader,) if yaml.__with_libyaml__ else ()), _Loader):  # type: ignore[misc]
-    """Loader whose scanner is LibYAML's, several times as fast; of its errors, ``_Loader`` has better words."""
+    """Loader with LibYAML's scanner, which is several times faster; ``_Loader`` gives better error messages."""
 
     check_node, get_node, get_single_node = Composer.check_node, Composer.get_node, Composer.get_single_node
 

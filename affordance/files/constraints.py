@@ -1,7 +1,7 @@
-"""Constraints on single values, as annotations of fields of files and of arguments; each has a ``check``.
+"""Constraints on single values of files and arguments, used as type annotations; each has a ``check``.
 
-Fields of dataclasses have theirs as annotations too, such as ``Annotated[float, Within(0.0, 1.0)]``: ``check_fields``
-checks all of them when an object is created, and a ``Setting`` next to the bound gives unit and source.
+Dataclass fields are annotated likewise, for example ``Annotated[float, Within(0.0, 1.0)]``. ``check_fields`` checks
+all of them when an object is created. A ``Setting`` next to the bound gives unit and source.
 """
 
 import enum
@@ -24,31 +24,34 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, find_hidden, show_value
 
-# Type of the errors that our own checks raise, with their problem as message.
+# Type of pydantic errors that these checks raise; their message is the problem.
 OURS = "ours"
-# Portable file names of POSIX (3.282, Portable Filename Character Set), short enough to get a suffix.
+# Portable file names of POSIX (3.282, Portable Filename Character Set), short enough for an additional suffix.
 _FILE_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_.-]{0,79}")
-# Names that are devices on Windows, with any suffix (Naming Files, Paths, and Namespaces, Microsoft).
+# Names of devices on Windows, reserved with any suffix (Naming Files, Paths, and Namespaces, Microsoft).
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{kind}{digit}" for kind in ("com", "lpt") for digit in range(10))}
 
 type StrPath = str | os.PathLike[str]
 
 
 def complain(problem: str, at: str = "") -> PydanticCustomError:
-    """Builds the error for a rejected value, as ``is 3, must be at most 2``, at a place below it, as ``[1]``."""
+    """Builds the error for a rejected value.
+
+    ``problem`` is a text such as ``is 3, must be at most 2``, and ``at`` a place within the value, such as ``[1]``.
+    """
     return PydanticCustomError(OURS, "{problem}", {"problem": problem, "at": at})
 
 
 class Constraint(ABC):
-    """Constraint on a value, as an annotation of a field of a pydantic model."""
+    """Constraint on a value; annotates a field of a pydantic model or a dataclass."""
 
     @abstractmethod
     def describe(self) -> JsonSchemaValue:
-        """Describes the value by a JSON schema, for editors."""
+        """Describes valid values by a JSON schema, for editors."""
 
     @abstractmethod
     def check(self, value: Any) -> Any:
-        """Returns a valid value, in the form that the program uses; any other raises a PydanticCustomError."""
+        """Returns a valid value in the form that the program uses; others raise a PydanticCustomError."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.check)
@@ -59,7 +62,7 @@ class Constraint(ABC):
 
 @dataclass(frozen=True)
 class Within(Constraint):
-    """Constraint on a number, no text and no truth value: finite, and from ``low`` to ``high``."""
+    """Constraint on a number: finite, from ``low`` to ``high``, and neither text nor Boolean."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -87,13 +90,13 @@ class Within(Constraint):
         return number
 
     def _suggest(self, value: float) -> str:
-        """Suggests a value in bounds for one that is not; empty if none is likely to be meant."""
+        """Suggests a value within bounds that was probably meant; empty if there is none."""
         return ""
 
 
 @dataclass(frozen=True)
 class Length(Within):
-    """Constraint on a length, [m]: finite, and from ``low`` to ``high``; one that would fit in mm is pointed out."""
+    """Constraint on a length, [m]: finite, from ``low`` to ``high``; suggests values that fit in mm."""
 
     @override
     def _suggest(self, value: float) -> str:
@@ -103,7 +106,7 @@ class Length(Within):
 
 @dataclass(frozen=True)
 class Whole(Within):
-    """Constraint on a number: whole, and from ``low`` to ``high``."""
+    """Constraint on a number: whole, from ``low`` to ``high``."""
 
     @override
     def describe(self) -> JsonSchemaValue:
@@ -122,7 +125,7 @@ class Whole(Within):
         return "" if value != value else f"; the nearest is {nearest:.12g}"
 
 
-# Seeds of random draws, as of NumPy.
+# Seeds of random draws; the range is NumPy's.
 SEEDS = Whole(0, 2**32 - 1)
 
 
@@ -146,7 +149,7 @@ class Vector(Constraint):
 
 @dataclass(frozen=True)
 class Text(Constraint):
-    """Constraint on a text: not empty, and at most ``longest`` characters."""
+    """Constraint on a text: not empty, and at most ``longest`` characters long."""
 
     longest: int = 20_000
 
@@ -159,13 +162,13 @@ class Text(Constraint):
         if not isinstance(value, str) or not value.strip():
             raise complain(f"is {show_value(value)}, must be a non-empty text")
         if len(value) > self.longest:
-            raise complain(f"has {len(value)} letters, must have at most {self.longest}")
+            raise complain(f"has {len(value)} characters, must have at most {self.longest}")
         return value
 
 
 @dataclass(frozen=True)
 class OneLine(Text):
-    """Constraint on a text: a name in one line of visible characters."""
+    """Constraint on a text: one line of visible characters."""
 
     longest: int = 200
 
@@ -177,14 +180,14 @@ class OneLine(Text):
         return text
 
 
-# Names from files: of objects, materials, grips, joints, links, columns and so on. They are used in tables, labels
-# and files of trajectories, where each occupies the length of the longest.
+# Names in files, such as those of objects, materials, grips, joints, links and columns. They are used in tables,
+# labels and trajectory files, where each takes as much space as the longest.
 type Name = Annotated[str, OneLine()]
 
 
 @dataclass(frozen=True)
 class FileName(Text):
-    """Constraint on a text: the name of a file that stays in the folder that the program chooses, on every system."""
+    """Constraint on a text: a file name that is portable and cannot leave the folder that the program chooses."""
 
     @override
     def describe(self) -> JsonSchemaValue:
@@ -196,14 +199,14 @@ class FileName(Text):
         if not _FILE_NAME.fullmatch(text) or text.split(".")[0].lower() in _RESERVED:
             raise complain(
                 f"is {show_value(value)}, must be the name of a file: letters, digits, '_', '-' and '.', at most 80, "
-                "a letter or digit first, and no name that Windows reserves"
+                "beginning with a letter or digit, and not reserved by Windows"
             )
         return text
 
 
 @dataclass(frozen=True)
 class OneOf(Constraint):
-    """Constraint on a text: one of several names, or the value of a member of an Enum, which the member replaces."""
+    """Constraint on a text: one of several names, or of the values of an Enum, which become members."""
 
     kind: type[enum.Enum] | tuple[str, ...]
 
@@ -225,7 +228,7 @@ class OneOf(Constraint):
 
 
 def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:
-    """Runs the check of a constraint and raises its refusal as a BadArgumentError."""
+    """Runs a constraint's check, and converts its error to a BadArgumentError."""
     try:
         return check(value.item() if isinstance(value, np.generic) else value)
     except PydanticCustomError as error:
@@ -235,7 +238,7 @@ def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = ""
 
 
 def check_names(path: Path, key: str, names: Iterable[str]) -> None:
-    """Raises a BadValueError for a name from a file, at a place in it, that is not a ``Name``; it may be empty."""
+    """Raises a BadValueError if a name from a file is not a valid ``Name``; empty names are allowed."""
     for name in names:
         if name:
             try:
@@ -245,7 +248,7 @@ def check_names(path: Path, key: str, names: Iterable[str]) -> None:
 
 
 def check_path(name: str, value: Any) -> Path:
-    """Returns a path from a text or a path object; anything else raises a BadArgumentError."""
+    """Converts a text or path object to a path; anything else raises a BadArgumentError."""
     if not isinstance(value, str | os.PathLike) or not str(value):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
     return Path(value)
@@ -253,7 +256,7 @@ def check_path(name: str, value: Any) -> Path:
 
 @dataclass(frozen=True)
 class Setting:
-    """Unit of a setting, "1" if dimensionless, and source of its default value, as an annotation of a field."""
+    """Annotation with a setting's unit, "1" if dimensionless, and the source of its default."""
 
     unit: str = ""
     source: str = ""
@@ -261,16 +264,16 @@ class Setting:
 
 @dataclass(frozen=True)
 class Checked:
-    """Annotation of a field whose value a function, given the argument's name too, checks and returns."""
+    """Annotation with a function of the argument's name and value that checks and returns the value."""
 
     function: Callable[[str, Any], Any]
 
 
 def check_fields(instance: Any) -> None:
-    """Checks all fields of a dataclass by their annotations, and replaces them by the checked values.
+    """Checks all fields of a dataclass by their annotations, and replaces them with the checked values.
 
     Supported are annotations with a check (``Within``, ``Whole``, ``OneOf``, ``Checked``), members of an Enum or
-    their texts, paths, truth values, and instances of a class; None where a field may be None. A wrong field raises a
+    their texts, paths, Booleans, and instances of a class, or None if a field allows it. An invalid field raises a
     BadArgumentError.
     """
     kind: Any = type(instance)
@@ -282,7 +285,7 @@ def check_fields(instance: Any) -> None:
 
 
 class CheckedFields:
-    """Base of dataclasses that check every field by its annotation when created, or raise a BadArgumentError."""
+    """Base of dataclasses that check their fields when created; an invalid field raises a BadArgumentError."""
 
     def __post_init__(self) -> None:
         """Checks the fields."""
@@ -291,7 +294,7 @@ class CheckedFields:
 
 @lru_cache(maxsize=64)
 def list_field_types(kind: Any) -> Mapping[str, Any]:
-    """Lists the types of the fields of a dataclass, with their annotations, by name."""
+    """Returns the annotated types of a dataclass's fields, by name."""
     hints = typing.get_type_hints(kind, include_extras=True)
     return {field.name: hints[field.name] for field in fields(kind)}
 

@@ -1,7 +1,7 @@
-"""Files as pydantic models: each key is declared with its bounds, and every mistake gives a one-line error.
+"""Files as pydantic models, which declare each key with its bounds and give one-line errors.
 
-A model declares the keys of a mapping and their values; ``load_model`` reads a file into it. The first mistake
-becomes a BadValueError that names file, key, value and bound, and the nearest valid name.
+A model declares the keys of a mapping and their values; ``load_model`` reads a file into it. The first fault raises a
+BadValueError that names file, key, value and bound, and suggests the closest valid name.
 """
 
 import difflib
@@ -20,21 +20,21 @@ from affordance.files.constraints import OURS
 
 
 class DataModel(BaseModel):
-    """Mapping in a file, with the keys of the class and no others."""
+    """Mapping in a file that may have only the keys that the class declares."""
 
-    # Keys that are often given here and belong elsewhere, each with the place where it belongs.
+    # Keys that are often given here by mistake, each with a hint to where it belongs.
     elsewhere: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
 def load_model[M: BaseModel](path: Path, model: type[M]) -> M:
-    """Reads a file into a model of its content; raises a BadValueError with the first fault."""
+    """Reads a YAML file into a model; the first fault raises a BadValueError."""
     return check_content(path, "", read_yaml(path), model)
 
 
 def check_content[M: BaseModel](path: Path, key: str, content: Any, model: type[M]) -> M:
-    """Reads the content at a key of a file into a model; see ``load_model``."""
+    """Converts the contents at a key of a file to a model; see ``load_model``."""
     try:
         return model.model_validate(content)
     except ValidationError as error:
@@ -58,17 +58,17 @@ def _translate(path: Path, key: str, model: type[BaseModel], error: ValidationEr
     elif first["type"] in ("extra_forbidden", "invalid_key"):
         problem = _describe_unknown(_find_model(model, place[:-1]), place[-1])
     else:
-        # A whole file of another kind is not quoted: whoever wrote its path may have no right to read it.
+        # The contents of a whole file are not quoted: the user may have no right to read it.
         shown = show_value(first["input"]) if key or place else _describe_kind(first["input"])
         problem = f"is {shown}, {_describe_bound(first)}"
         if first["type"] == "too_short" and isinstance(first["input"], Mapping):
-            problem = "is empty, must hold at least one entry"
+            problem = "is empty, must have at least one entry"
     parts = [key, *place, *([at] if at else [])]
     return BadValueError(path, join_key(parts), problem)
 
 
 def _describe_kind(content: Any) -> str:
-    """Describes the content of a whole file by its kind."""
+    """Describes the kind of a whole file's contents."""
     if content is None:
         return "empty"
     kinds = {list: "a list", dict: "a mapping", str: "a text"}
@@ -87,7 +87,7 @@ def join_key(parts: Sequence[int | str]) -> str:
 
 
 def _describe_unknown(model: type[BaseModel], key: int | str) -> str:
-    """Describes a key that a mapping does not have, and where it belongs or which one is near."""
+    """Describes an unknown key, and suggests where it belongs or the closest known key."""
     known = [field.alias or name for name, field in model.model_fields.items()]
     place = model.elsewhere.get(str(key)) if issubclass(model, DataModel) else None
     hint = f"; {place}" if place else suggest(key, known)
@@ -125,14 +125,14 @@ def _strip(annotation: Any) -> Any:
 
 
 def _suggest(place: Sequence[int | str], found: Sequence[ErrorDetails]) -> str:
-    """Suggests an unknown key that may be a misspelling of a missing one."""
+    """Names an unknown key that may be a misspelling of the missing key."""
     others = [str(each["loc"][-1]) for each in found if each["type"] == "extra_forbidden"]
     near = difflib.get_close_matches(str(place[-1]), others, n=1)
     return f"; is {near[0]!r} misspelt?" if near else ""
 
 
 def _describe_bound(error: ErrorDetails) -> str:
-    """Describes the bound of a value in the words of our own checks."""
+    """Describes the bound that a value violates, in the wording of ``constraints``."""
     kind, context = error["type"], error.get("ctx", {})
     least = context.get("min_length", 1)
     bounds = {

@@ -1,8 +1,8 @@
-"""Reader of triangles and their colours from OBJ, PLY and STL files, in the units and the order of the file.
+"""Reads triangles and their colours from OBJ, PLY and STL files, in the file's units and order.
 
-trimesh parses the files. Content that could make it exceed its resources is checked before: sizes in the header
-beyond those of the file, numbers of pieces, and entities and repeated nodes of Collada. Referenced files are opened
-only in the file's own folder or below.
+trimesh parses the files. Contents that could exhaust time or memory are checked beforehand: header counts that the
+file is too small for, the number of pieces, and Collada's entities and repeated nodes. Referenced files are opened
+only in the file's folder or below.
 """
 
 import re
@@ -21,11 +21,12 @@ from affordance.exceptions import BadValueError
 from affordance.files.bounded import MESH, check_size, read_bytes
 from affordance.files.xml_file import check_xml
 
-# Formats with triangles only, without motion, scaling or smoothing.
+# Formats that contain only triangles, without motion, scaling or smoothing.
 FORMATS = (".obj", ".ply", ".stl")
-# Additional format, of robots' visual meshes.
+# Additional format for robots' visual meshes.
 COLLADA = ".dae"
-# Most pieces of an OBJ file, each a separate mesh, and most elements of a Collada file, counted with repetitions.
+# Largest number of an OBJ file's pieces, each a separate mesh, and of a Collada file's elements, counting
+# repetitions.
 _MOST_PIECES = 10_000
 _MOST_REPEATED = 400_000
 _STL_HEAD, _STL_TRIANGLE = 84, 50  # bytes of a binary STL file
@@ -34,10 +35,10 @@ _OBJ_PIECE = re.compile(rb"^(?:o|g|usemtl)[ \t]", re.MULTILINE)
 
 
 class Triangles(NamedTuple):
-    """Triangles of a mesh file: corners, (n, 3), in its units, and three of them per face, (m, 3).
+    """Triangles of a mesh file: vertices, (n, 3), in the file's units, and faces, (m, 3).
 
-    Colours of faces are red, green and blue in [0, 1], (m, 3); NaN where the file gives none, or gives an image as
-    texture, which is not read.
+    Colours of faces are red, green and blue in [0, 1], (m, 3); NaN if the file gives none, or an image texture, which
+    is not read.
     """
 
     vertices: Array
@@ -46,7 +47,7 @@ class Triangles(NamedTuple):
 
 
 def read_triangles(path: Path) -> Triangles:
-    """Reads an OBJ, PLY or STL file; raises a BadValueError if it is unreadable, or has no finite triangles."""
+    """Reads an OBJ, PLY or STL file; an unreadable file, or one without finite triangles, raises a BadValueError."""
     if path.suffix.lower() not in FORMATS:
         problem = f"is a {path.suffix or 'file without suffix'}, must be one of {', '.join(FORMATS)}"
         hint = "; export it as OBJ, PLY or STL" if path.suffix else ""
@@ -66,30 +67,30 @@ def read_triangles(path: Path) -> Triangles:
         raise BadValueError(path, "", f"is no readable {path.suffix[1:].upper()} file: {error}") from error
     parts = [part for part in parts if len(part.faces)]
     if not parts:
-        raise BadValueError(path, "", "holds no triangles, must hold a closed surface")
+        raise BadValueError(path, "", "contains no triangles, must contain a closed surface")
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     vertices = np.concatenate([part.vertices for part in parts])
     faces = np.concatenate([part.faces + start for part, start in zip(parts, starts, strict=False)])
     if not np.isfinite(vertices[np.unique(faces)]).all():
-        raise BadValueError(path, "", "has corners that are not finite")
+        raise BadValueError(path, "", "has vertices that are not finite")
     colours = np.concatenate([part.colours for part in parts])
     return Triangles(vertices, faces, colours)
 
 
 def load_scene(path: Path, **options: Any) -> Any:
-    """Loads a mesh file, in one of FORMATS or COLLADA, as a Scene, with options of trimesh.load_scene.
+    """Loads a mesh file in FORMATS or COLLADA as a trimesh Scene, with options of trimesh.load_scene.
 
-    A file that cannot be read, is too large, or would expand to more than its size raises a BadValueError; one that
-    trimesh cannot parse raises any error.
+    A file that cannot be read, is too large, or would expand to more than its size raises a BadValueError. If trimesh
+    cannot parse a file, it can raise any error.
     """
     content = read_bytes(path, MESH)
     suffix = path.suffix.lower()
     _check_promises(path, content, suffix)
-    import trimesh  # imported here: it takes most of a second, and few runs need it
+    import trimesh  # imported here because it takes most of a second, and few runs need it
     from trimesh.resolvers import FilePathResolver
 
     class SameFolder(FilePathResolver):
-        """Resolver of files that a mesh names, restricted to its folder and below, and to a bounded size."""
+        """Resolver of referenced files, restricted to the mesh's folder and below, and to a limited size."""
 
         def get(self, name: str) -> Any:
             try:
@@ -102,7 +103,7 @@ def load_scene(path: Path, **options: Any) -> Any:
 
 
 def _check_promises(path: Path, content: bytes, suffix: str) -> None:
-    """Raises a BadValueError for a mesh that announces or repeats more than its size suggests, or is not XML."""
+    """Raises a BadValueError if a mesh declares or repeats more contents than its size allows, or is not XML."""
     if suffix == ".ply":
         head = content.partition(b"end_header")[0]
         promised = max((int(count[:20]) for count in _PLY_COUNT.findall(head)), default=0)
@@ -125,7 +126,7 @@ def _check_promises(path: Path, content: bytes, suffix: str) -> None:
 
 
 def _check_nodes(path: Path, root: Element) -> None:
-    """Rejects Collada with too many nodes, counted as often as they are referenced, or with recursive ones."""
+    """Raises a BadValueError for too many Collada nodes, counting each reference, or recursive nodes."""
     nodes = {element.get("id"): element for element in root.iter() if element.tag.endswith("}node")}
     sizes: dict[str, int] = {}
 
@@ -136,13 +137,13 @@ def _check_nodes(path: Path, root: Element) -> None:
             if name is None:
                 total += count(part, above)
             elif name in above:
-                raise BadValueError(path, f"node {name}", "stands inside of itself")
+                raise BadValueError(path, f"node {name}", "contains itself")
             elif name in nodes:
                 if name not in sizes:
                     sizes[name] = count(nodes[name], above | {name})
                 total += sizes[name]
             if total > _MOST_REPEATED:
-                raise BadValueError(path, "", f"repeats its nodes to more than {_MOST_REPEATED} elements")
+                raise BadValueError(path, "", f"expands to more than {_MOST_REPEATED} elements by repeating nodes")
         return total
 
     for scene in root.iter():

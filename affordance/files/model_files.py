@@ -1,4 +1,4 @@
-"""Files of a folder of models that the program reads and that results depend on, without unrelated ones."""
+"""Lists the files of a model folder that the program reads and that results depend on."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -6,12 +6,12 @@ from pathlib import Path
 
 from affordance.files.bounded import MESH, read_bytes
 
-# Files and folders of a folder of models.
+# Files and folders in a model folder.
 _ARMS = "*.dmd.yaml"
 _FILES = ("materials.yaml", "faults.yaml", "nail.yaml")
 _FOLDERS = ("tools", "paths", "workshop")
 _PACKAGE = "package.xml"
-# Files that reference others: package://NAME/FILE in descriptions of robots, and in materials and tools of meshes.
+# Files that reference others: package://NAME/FILE in robot descriptions, and meshes in materials and tools files.
 _DESCRIPTIONS = (".yaml", ".yml", ".sdf", ".urdf", ".xml")
 _URI = re.compile(r"package://[^/\s\"'<>]+/([^\s\"'<>?#]+)")
 _RELATIVE = re.compile(r"(?:<uri>|filename=[\"'])\s*(?!\w+://)([^<\"'\s]+)")
@@ -20,7 +20,7 @@ _LIBRARY = re.compile(r"^\s*(?:mtllib|map_\w+)\s+(\S+)\s*$", re.MULTILINE)
 
 
 def list_arm_files(directives: Path) -> tuple[Path, ...]:
-    """Lists the files of an arm: directives, package, and everything that they reference, recursively; sorted."""
+    """Lists the files of an arm, sorted: directives, package, and everything that they reference, recursively."""
     package = directives.parent / _PACKAGE
     found: dict[Path, None] = {}
     waiting = [directives, package]
@@ -34,7 +34,7 @@ def list_arm_files(directives: Path) -> tuple[Path, ...]:
 
 
 def list_model_files(folder: Path) -> tuple[Path, ...]:
-    """Lists the files of a folder of models that the program reads, meshes of tools included; sorted."""
+    """Lists the files of a model folder that the program reads, sorted, including tools' meshes."""
     tasks = [folder / name for name in _FILES]
     tasks += [path for name in _FOLDERS for path in (folder / name).glob("*.yaml")]
     there = [path for path in tasks if path.is_file()]
@@ -44,7 +44,7 @@ def list_model_files(folder: Path) -> tuple[Path, ...]:
 
 
 def _list_named(path: Path, package: Path) -> Iterable[Path]:
-    """Lists the files that a file references, in its package or relative to its own folder."""
+    """Lists the files that a file references, in its package or relative to its folder."""
     if path.suffix in _DESCRIPTIONS:
         text = _read(path)
         return [

@@ -1,4 +1,4 @@
-"""Trajectories in NetCDF 3, an open format of labelled arrays that most languages read."""
+"""Writes trajectories in NetCDF 3, an open format for labelled arrays that most languages read."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,7 @@ from affordance.files.atomic import write_atomic
 
 
 class LabelledArray(NamedTuple):
-    """Array with the name of each axis, its SI units, and its meaning; numbers are stored as floating-point ones."""
+    """Array with the names of its axes, its SI unit and its meaning; stored as floating-point numbers."""
 
     dimensions: tuple[str, ...]
     values: Array | NDArray[np.bool_] | NDArray[np.intp]
@@ -23,11 +23,11 @@ class LabelledArray(NamedTuple):
 
 
 class Trajectories(NamedTuple):
-    """Arrays by name; one whose only dimension has its own name is the coordinate of that dimension.
+    """Arrays by name; an array whose only dimension has its own name is that dimension's coordinate.
 
-    Dimensions of one name have one length. ``names`` are those of the entries along a dimension without coordinate,
-    in any script, or, where no array has that dimension, of the entries that an array of indices refers to; the
-    latter are stored as a JSON attribute.
+    Dimensions with the same name have the same length. ``names`` are the names of the entries along a dimension
+    without a coordinate, in any script. If no array has that dimension, they are the names that an array of indices
+    refers to; these are stored as a JSON attribute.
     """
 
     variables: Mapping[str, LabelledArray]

@@ -1,4 +1,4 @@
-"""Check of SQLite files from others: plain tables without views, triggers or computed columns."""
+"""Checks that foreign SQLite files contain only plain tables, without views, triggers or computed columns."""
 
 import itertools
 import re
@@ -8,15 +8,16 @@ from pathlib import Path
 
 from affordance.exceptions import BadValueError
 
-# Most instructions of SQLite's virtual machine, some ten per row, and how many it runs between two checks.
+# Largest number of instructions of SQLite's virtual machine, about ten per row, and number between two checks.
 _MOST_STEPS, _CHECKED = 500_000_000, 100_000
 _VIRTUAL = re.compile(r"\s*create\s+virtual", re.IGNORECASE)
 
 
 def check_plain_tables(path: Path, what: str, *, is_immutable: bool) -> None:
-    """Raises a BadValueError for a database with views, triggers, virtual tables or calculated columns: programs.
+    """Raises a BadValueError if a database can run programs: views, triggers, virtual tables, computed columns.
 
-    The kind of file is for messages. Nobody writes an immutable file meanwhile; a journal next to it is ignored.
+    ``what`` names the kind of file in messages. An immutable file must not be written meanwhile; a journal next to it
+    is ignored.
     """
     options = "mode=ro&immutable=1" if is_immutable else "mode=ro"
     try:
@@ -37,6 +38,6 @@ def check_plain_tables(path: Path, what: str, *, is_immutable: bool) -> None:
 
 
 def limit_steps(database: sqlite3.Connection) -> None:
-    """Ends queries after seconds with an OperationalError: a hostile file may have pages that never end."""
+    """Ends long queries with an OperationalError after seconds, because a malicious file may never end."""
     checks = itertools.count()
     database.set_progress_handler(lambda: next(checks) > _MOST_STEPS // _CHECKED, _CHECKED)

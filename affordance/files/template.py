@@ -1,4 +1,4 @@
-"""Rendering of the program's own templates, which lie in the folder ``templates`` of a package."""
+"""Renders the program's own templates, which are in the folder ``templates`` of a package."""
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -10,7 +10,7 @@ type _Filters = tuple[tuple[str, Callable[..., str]], ...]
 def render_template(
     package: str, name: str, *, escapes: bool, filters: Mapping[str, Callable[..., str]] | None = None, **values: Any
 ) -> str:
-    """Renders a template of a package, with filters and values by name, which may be escaped for HTML."""
+    """Renders a template of a package with given filters and values; ``escapes`` escapes values for HTML."""
     environment = _build_environment(package, escapes, tuple((filters or {}).items()))
     found: str = environment.get_template(name).render(values)
     return found
@@ -18,8 +18,8 @@ def render_template(
 
 @lru_cache
 def _build_environment(package: str, escapes: bool, filters: _Filters) -> Any:
-    """Builds the environment of a package's templates, which keeps them compiled."""
-    import jinja2  # here, as most runs render nothing
+    """Builds the environment of a package's templates, which caches compiled templates."""
+    import jinja2  # imported here because most runs render nothing
 
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader(package),

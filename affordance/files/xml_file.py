@@ -1,4 +1,4 @@
-"""Reader of external XML without entities, which could expand beyond memory or include other files."""
+"""Reads external XML; rejects entities, which could exhaust memory or include other files."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -9,12 +9,12 @@ from xml.parsers import expat
 from affordance.exceptions import PROSE, BadValueError, find_hidden
 from affordance.files.bounded import read_bytes
 
-# Most levels and elements: a chain of a hundred nested bodies, and some ten elements per body.
+# Largest numbers of levels and elements: a chain of a hundred nested bodies, and about ten elements per body.
 _MOST_DEEP, _MOST_ELEMENTS = 200, 200_000
 
 
 def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
-    """Reads an XML file of at most ``most`` bytes with a parser that is called after the checks.
+    """Reads an XML file of at most ``most`` bytes; ``parse`` is called after the checks.
 
     A file that is larger, is not XML, defines entities, or has too many elements raises a BadValueError.
     """
@@ -22,7 +22,7 @@ def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementT
 
 
 def parse_xml(path: Path, content: bytes, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
-    """Parses XML in memory, with a parser that is called after the checks; errors are those of ``read_xml``."""
+    """Parses XML from bytes; ``parse`` is called after the checks, and errors are those of ``read_xml``."""
     try:
         check_xml(content, path)
         return parse(content)
@@ -37,8 +37,10 @@ def parse_xml(path: Path, content: bytes, parse: Callable[[bytes], Element] = El
 def check_xml(content: bytes, path: Path) -> None:
     """Checks that XML has no entities, and neither too many nor too deeply nested elements.
 
-    A failed check raises a BadValueError that names the line, invalid XML an ExpatError, an unknown encoding a
-    LookupError or a ValueError.
+    Raises:
+        BadValueError: A check failed; the message names the line.
+        ExpatError: The XML is invalid.
+        LookupError, ValueError: The encoding is unknown.
     """
     parser = expat.ParserCreate()
     depth = elements = 0
@@ -52,7 +54,7 @@ def check_xml(content: bytes, path: Path) -> None:
         if depth > _MOST_DEEP:
             raise refuse(f"is more than {_MOST_DEEP} elements deep")
         if elements > _MOST_ELEMENTS:
-            raise refuse(f"makes more than {_MOST_ELEMENTS} elements")
+            raise refuse(f"has more than {_MOST_ELEMENTS} elements")
         for name, value in attributes.items():
             if hidden := find_hidden(value, PROSE):
                 raise refuse(f"has the attribute {name} with {hidden}")
@@ -62,7 +64,7 @@ def check_xml(content: bytes, path: Path) -> None:
         depth -= 1
 
     def declare(name: str, *_: object) -> None:
-        raise refuse(f"defines the entity {name!r}, must be written out")
+        raise refuse(f"defines the entity {name!r}, must be expanded")
 
     parser.StartElementHandler = begin
     parser.EndElementHandler = end

@@ -1,7 +1,7 @@
-"""Appearance of an object, by which it is recognised: colour, sizes and position of each of its parts.
+"""Appearance by which an object is recognised: colour, sizes and position of each of its parts.
 
-Objects of equal appearance are indistinguishable to memory, so a decoy that is the twin of another object is
-remembered in that object's place.
+Memory cannot distinguish objects of equal appearance, so a decoy that looks like another object is remembered as that
+object.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from affordance.objects.colour import Colour, is_same_colour
 # Lengths that differ by less than this fraction are indistinguishable by eye: the Weber fraction of the length of
 # lines is 0.029 (Teghtsoonian 1971, Psychological Review 78:71-80; from memory, not checked).
 SAME_LENGTH = 0.029
-# Two measurements of one length differ by more than this many standard deviations of either in one of 200 pairs.
+# Two measurements of the same length differ by more than this many standard deviations in one of 200 pairs.
 _MEASUREMENT_MARGIN = 4.0
 
 
@@ -35,10 +35,10 @@ type Appearance = tuple[PartAppearance, ...]
 
 
 def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance]) -> bool:
-    """Returns True if two appearances are those of one object: equally many parts, matching one to one.
+    """Returns True if two appearances can be of one object: equally many parts that match one to one.
 
-    Parts match if their colours are the same, and sizes and positions differ by less than can be distinguished by eye
-    or is due to measurement error. Costs n^2 comparisons for n parts.
+    Parts match if their colours are the same, and their sizes and positions differ by no more than measurement error
+    and what the eye can distinguish. This takes n^2 comparisons for n parts.
     """
     if len(one) != len(other):
         return False
@@ -53,7 +53,7 @@ def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance
 
 
 def _is_same_part(one: PartAppearance, other: PartAppearance, extent: float) -> bool:
-    """Returns True if two parts match; the position tolerance scales with extent, the object's length, [m]."""
+    """Returns True if two parts match; the position tolerance scales with ``extent``, the object's length, [m]."""
     if len(one.sizes) != len(other.sizes) or not is_same_colour(one.colour, other.colour):
         return False
     sizes, other_sizes = np.sort(one.sizes), np.sort(other.sizes)

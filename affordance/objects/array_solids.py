@@ -1,4 +1,4 @@
-"""Solids given by arrays: bounded by triangles, or made of thin upright columns between two surfaces.
+"""Solids given by arrays: bounded by triangles, or composed of thin upright columns between two surfaces.
 
 A tetrahedron from Eo to the corners p1, p2, p3 of a face, counter-clockwise seen from outside, has the signed
 volume d = p1 . (p2 x p3) / 6, and with s = p1 + p2 + p3
@@ -23,16 +23,16 @@ from affordance.objects.inertia import Shape
 
 type Faces = NDArray[np.intp]
 
-# Distance along a direction within which corners are on the same face as the farthest one: coordinates in millimetres
-# as single floats are rounded to 0.02 um, [m].
+# Corners within this distance of the farthest one along a direction are on the same face: single-precision
+# coordinates in millimetres are rounded to 0.02 um, [m].
 _SAME_FACE = 1e-6
-# Column ends within this distance of the farthest along a direction are averaged: a single column's end is noise, two
-# columns of half a millimetre are an end, [m].
+# Column ends within this distance of the farthest along a direction are averaged, because a single column's end is
+# noisy: two columns of half a millimetre, [m].
 _AS_FAR = 1e-3
 
 
 class ArraySolid(Shape):
-    """Solid given by arrays, which are the fields of the class; solids with equal arrays are equal."""
+    """Solid whose fields are arrays; solids with equal arrays are equal."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -57,14 +57,14 @@ class ArraySolid(Shape):
     @cached_property
     @abstractmethod
     def _unit_pseudo_inertia(self) -> Array:
-        """The pseudo-inertia, calculated once."""
+        """Pseudo-inertia, computed once."""
 
     def with_sizes(self, sizes: Array) -> Self:
-        """Returns the solid stretched about Eo to a box of other lengths, shape (3,), [m]; itself if equal."""
+        """Returns the solid stretched about Eo to fit a box of given lengths, shape (3,), [m]."""
         return self if np.array_equal(sizes, self.sizes) else self._stretch(sizes / self.sizes)
 
     def centre(self) -> tuple[Self, Array]:
-        """Returns the solid with Eo in its centroid, and the centroid's position before, shape (3,), [m]."""
+        """Returns the solid with Eo moved to its centroid, and the centroid's former position, (3,), [m]."""
         J = self._unit_pseudo_inertia
         centroid = J[:3, 3] / J[3, 3]
         return self._move(-centroid), centroid
@@ -76,17 +76,17 @@ class ArraySolid(Shape):
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh(ArraySolid):
-    """Solid bounded by closed surfaces of triangles; an inner one, wound inwards, bounds a cavity.
+    """Solid bounded by closed surfaces of triangles; an inner surface, wound inwards, bounds a cavity.
 
-    Corners in E, (n, 3), [m], and three of them per face, counter-clockwise seen from outside the material, (m, 3),
-    are read-only.
+    Vertices in E, (n, 3), [m], and faces, (m, 3), with three vertices each, counter-clockwise as seen from outside
+    the material, are read-only.
     """
 
     vertices: Array
     faces: Faces
 
     def __post_init__(self) -> None:
-        """Stores read-only copies; raises a ValueError for bad arrays, an open surface, or no positive volume."""
+        """Stores read-only copies; invalid arrays, an open surface, or no positive volume raise a ValueError."""
         vertices, faces = np.array(self.vertices, dtype=float), np.array(self.faces, dtype=np.intp)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
             shapes = f"vertices are {vertices.shape} and faces {faces.shape}"
@@ -94,10 +94,10 @@ class TriangleMesh(ArraySolid):
         if not np.isfinite(vertices).all():
             raise ValueError("vertices are not all finite")
         if faces.min() < 0 or faces.max() >= len(vertices):
-            raise ValueError(f"faces refer to corners {faces.min()} to {faces.max()}, there are {len(vertices)}")
+            raise ValueError(f"faces refer to corners {faces.min()} to {faces.max()}, but there are {len(vertices)}")
         open_edges = find_open_edges(faces)
         if len(open_edges):
-            raise ValueError(f"the surface has {len(open_edges)} open edges, must be closed and wound one way")
+            raise ValueError(f"the surface has {len(open_edges)} open edges, must be closed and consistently wound")
         store_read_only(self, vertices=vertices, faces=faces)
         if not self.volume > 0.0:
             raise ValueError(f"the faces bound a volume of {self.volume:g} m^3, must be wound to bound more than 0")
@@ -125,7 +125,7 @@ class TriangleMesh(ArraySolid):
 
     @cached_property
     def _hull_corners(self) -> Array:
-        """Unique used corners, (n, 3), [m]."""
+        """Unique vertices that faces use, (n, 3), [m]."""
         return np.unique(self.vertices[np.unique(self.faces)], axis=0)
 
     @cached_property
@@ -135,10 +135,10 @@ class TriangleMesh(ArraySolid):
 
 @dataclass(frozen=True, eq=False)
 class ColumnSolid(ArraySolid):
-    """Solid of N square columns along Ez, given by read-only arrays.
+    """Solid composed of N columns along Ez with square cross-sections, given by read-only arrays.
 
-    Places are the x and y of their axes, (N, 2), [m], areas those of their cross-sections, (N,), [m^2], and ends the
-    least and largest z of each, (N, 2), [m].
+    ``places`` are the x and y of the columns' axes, (N, 2), [m], ``areas`` their cross-sections, (N,), [m^2], and
+    ``ends`` the least and largest z of each, (N, 2), [m].
     """
 
     places: Array
@@ -146,7 +146,7 @@ class ColumnSolid(ArraySolid):
     ends: Array
 
     def __post_init__(self) -> None:
-        """Stores read-only copies; raises a ValueError for inconsistent shapes, or columns without volume."""
+        """Stores read-only copies; inconsistent shapes, or columns without volume, raise a ValueError."""
         arrays = {name: np.array(getattr(self, name), dtype=float) for name in ("places", "areas", "ends")}
         store_read_only(self, **arrays)
         count = len(self.areas)
@@ -194,9 +194,9 @@ class ColumnSolid(ArraySolid):
 
 
 def integrate_faces(vertices: Array, faces: Faces) -> Array:
-    """Integrates the pseudo-inertia at 1 kg/m^3 of the volume within closed surfaces, about the origin, shape (4, 4).
+    """Integrates the pseudo-inertia at 1 kg/m^3, about the origin, of the volume within closed surfaces, (4, 4).
 
-    Faces, (m, 3), are of corners (n, 3), [m]; surfaces wound inwards have negative volume.
+    Faces, (m, 3), are indices of vertices, (n, 3), [m]; surfaces that are wound inwards have negative volume.
     """
     # Integration about the mean of the corners reduces cancellation.
     middle = vertices[faces[:, 0]].mean(axis=0)
@@ -213,7 +213,7 @@ def integrate_faces(vertices: Array, faces: Faces) -> Array:
 
 
 def find_open_edges(faces: Faces) -> NDArray[np.intp]:
-    """Finds edges, as pairs of corners, not traversed equally often in both directions, (k, 2); faces are (m, 3)."""
+    """Finds edges that faces, (m, 3), do not traverse equally often in both directions, as vertex pairs, (k, 2)."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     proper = start != end
     start, end = start[proper], end[proper]

@@ -1,9 +1,9 @@
-"""Perceived colours, and their components that are invariant to shading.
+"""Perceived colours, and their shading-invariant components.
 
-Colours are red, green and blue in [0, 1] as stored in a picture (sRGB); perceived colours are CIELAB: lightness L*
-and the two opponent coordinates a* and b*, in which equal distances look about equally different. Shading multiplies
-the light that a surface reflects; as a picture stores a power of the light, it multiplies the stored red, green and
-blue by a common factor.
+Colours are red, green and blue in [0, 1] as stored in a picture (sRGB). Perceived colours are CIELAB: lightness L*
+and the opponent coordinates a* and b*, in which equal distances look about equally different. Shading multiplies the
+light that a surface reflects. Because pictures store a power of the light, shading also multiplies the stored red,
+green and blue by a common factor.
 """
 
 import re
@@ -23,7 +23,7 @@ COLOUR_FORM = "must be red, green and blue in hexadecimal, as '#b5a642'"
 
 
 def is_colour(text: str) -> bool:
-    """Returns True if a text has the form of a colour."""
+    """Returns True if a text has the form of a hexadecimal colour."""
     return re.fullmatch("#[0-9a-fA-F]{6}", text) is not None
 
 
@@ -37,20 +37,23 @@ def convert_to_lab(colours: NDArray[np.floating]) -> Array:
     """Converts colours in [0, 1], (..., 3), to CIELAB coordinates L*, a*, b*, (..., 3)."""
     if not np.size(colours):  # OpenCV rejects it
         return np.zeros(np.shape(colours))
-    import cv2  # here, as most commands see no colours
+    import cv2  # imported here because most commands need no colours
 
     flat = np.ascontiguousarray(colours, dtype=np.float32).reshape(1, -1, 3)
     return cv2.cvtColor(flat, cv2.COLOR_RGB2Lab).astype(float).reshape(np.shape(colours))
 
 
 def compute_tints(colours: NDArray[np.floating]) -> Array:
-    """Computes the shading-invariant part of colours (..., 3): a*, b* with one channel just saturated, (..., 2)."""
+    """Computes shading-invariant coordinates of colours, (..., 3): a* and b* at full brightness, (..., 2).
+
+    At full brightness the largest channel is just saturated.
+    """
     brightest = np.maximum(colours.max(axis=-1, keepdims=True), 1.0 / 255.0)
     return convert_to_lab(colours / brightest)[..., 1:]
 
 
-# Two colours within this distance of each other in every channel, of [0, 1], are the same colour: 5 of 255 steps,
-# and half a step so that rounding does not decide.
+# Two colours are the same if they differ by at most this in every channel, in [0, 1]: 5 of 255 steps, plus half a
+# step so that rounding does not matter.
 SAME_COLOUR = 5.5 / 255
 
 
@@ -60,11 +63,11 @@ def is_same_colour(one: Colour, other: Colour) -> bool:
 
 
 def find_nearest_colour(colour: Colour, colours: Mapping[str, Colour]) -> str:
-    """Finds the name of the colour that looks most similar to a given one; there must be at least one."""
+    """Finds the name of the colour that looks most similar to a given one; there must be at least one candidate."""
     lab = convert_to_lab(np.array(colour))
     return min(colours, key=lambda name: float(np.linalg.norm(convert_to_lab(np.array(colours[name])) - lab)))
 
 
 def show_colour(colour: Colour) -> str:
-    """Formats a colour in hexadecimal, as '#d4a017'."""
+    """Formats a colour in hexadecimal, such as '#d4a017'."""
     return "#" + "".join(f"{round(255 * channel):02x}" for channel in colour)

@@ -1,4 +1,4 @@
-"""Cylinder of one material as an object to be lifted."""
+"""Cylinder of a single material, as an object to be lifted."""
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from affordance.objects.tool import Component, Tool
 
 
 def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
-    """Makes a cylinder of one material, held at its middle; lengths in m, mass in kg.
+    """Creates a cylinder of a single material, held at its middle; lengths in m, mass in kg.
 
-    A size, mass or density out of bounds, or a text that is no colour, raises a BadArgumentError.
+    A size, mass or density out of bounds, or an invalid colour, raises a BadArgumentError.
     """
     solid = Cylinder(check_number("radius", radius, 1e-3, 0.5, "m"), check_number("height", height, 1e-3, 1.0, "m"))
     density = check_number("mass", mass, 1e-3, 100.0, "kg") / solid.volume

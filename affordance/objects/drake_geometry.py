@@ -1,7 +1,7 @@
 """Drake geometry for drawing solids.
 
-A tool's contact geometry is not its solids but the striking face (plant/contact.py): Drake's point contact
-replaces any mesh by its convex hull, which would fill the claw of a hammer.
+A tool's contact geometry is its striking face (plant/contact.py), not its solids: Drake's point contact replaces any
+mesh with its convex hull, which would fill the claw of a hammer.
 """
 
 import functools
@@ -19,7 +19,7 @@ from affordance.objects.primitives import Box, Capsule, Cylinder
 
 
 def make_drawn_shape(shape: Shape) -> Any:
-    """Builds the Drake shape that draws a solid, in its frame E; raises a NotImplementedError otherwise."""
+    """Builds the Drake shape that draws a solid, in its frame E; unknown solids raise a NotImplementedError."""
     match shape:
         case Ellipsoid():
             return geometry.Ellipsoid(*shape.semi_axes)
@@ -36,15 +36,15 @@ def make_drawn_shape(shape: Shape) -> Any:
 
 @functools.lru_cache(maxsize=128)
 def draw_mesh(mesh: TriangleMesh) -> geometry.Mesh:
-    """Builds the Drake shape that draws a mesh, written once per mesh."""
+    """Builds the Drake shape that draws a mesh; its file is written once per mesh."""
     text = write_obj(mesh.vertices, mesh.faces)
     return geometry.Mesh(geometry.InMemoryMesh(mesh_file=MemoryFile(text.encode(), ".obj", "part")))
 
 
 def write_obj(vertices: Array, faces: NDArray[np.intp], digits: int = 9) -> str:
-    """Writes triangles, (M, 3), of positions, (N, 3), [m], as OBJ with a number of significant digits.
+    """Formats triangles, (M, 3), of vertices, (N, 3), [m], as OBJ text with a number of significant digits.
 
-    Each has a normal, which Drake's renderer requires; degenerate ones are omitted.
+    Each triangle has a normal, which Drake's renderer requires; degenerate triangles are omitted.
     """
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -1,12 +1,12 @@
-"""Inertial parameters of rigid sets of solid bodies, linear in their densities.
+"""Inertial parameters of bodies composed of solids, as linear functions of the solids' densities.
 
 The ten inertial parameters of a body, about a point To and expressed in T, are
 
     pi = [m, m p_ToTcm (3), Ixx, Iyy, Izz, Ixy, Ixz, Iyz]            [kg, kg m, kg m^2]
 
-with Ixy the *product* of inertia -integral(x y dm), as in Drake. For a set of solid parts pi(rho) = Phi rho, with
-rho the densities of its materials and Phi pure geometry. Poses are homogeneous 4 x 4 matrices X_TE. All
-transformations go through the pseudo-inertia (Wensing, Kim & Slotine 2018)
+with Ixy the *product* of inertia -integral(x y dm), as in Drake. For a set of solid parts, pi(rho) = Phi rho, where
+rho are the densities of its materials, and Phi depends on geometry only. Poses are homogeneous 4 x 4 matrices X_TE.
+All transformations use the pseudo-inertia (Wensing, Kim & Slotine 2018)
 
     J = [[Sigma, m p], [m p^T, m]],    Sigma = integral(x x^T dm),    J_T = X_TE J_E X_TE^T
 """
@@ -29,7 +29,7 @@ DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
 
 @runtime_checkable
 class Shape(Protocol):
-    """Hashable solid whose inertia at unit density is known; only drawing code needs to know its kind."""
+    """Hashable solid with a known inertia at unit density; only drawing code needs to know its type."""
 
     def __hash__(self) -> int:
         return hash((type(self), self.sizes.tobytes()))
@@ -43,26 +43,27 @@ class Shape(Protocol):
         """Volume, [m^3]."""
 
     def with_sizes(self, sizes: Array) -> "Shape":
-        """Returns the same kind of solid with other sizes."""
+        """Returns a solid of the same type with other sizes."""
 
     def unit_pseudo_inertia(self) -> Array:
         """Computes the pseudo-inertia at a density of 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the point of the solid farthest along a direction, from Eo, expressed in E, shape (3,), [m]."""
+        """Finds the point of the solid that is farthest along a direction, from Eo in E, shape (3,), [m]."""
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Computes the radius of a sphere of equal Gaussian curvature at the support point, [m]; infinite if flat.
+        """Computes the radius, [m], of the sphere with the support point's Gaussian curvature; infinite if flat.
 
-        Edges, corners and the sides of cylinders count as flat, and so do triangles, whatever they approximate.
+        Edges, corners and the sides of cylinders count as flat, and so do triangles, even if they approximate a
+        curved surface.
         """
         return np.inf
 
 
 class Primitive(Shape):
-    """Solid with closed-form inertia, centred at Eo with axes along those of E; the fields of the class are lengths.
+    """Solid with closed-form inertia, centred at Eo and aligned with E; the fields of the class are lengths.
 
-    A length that is not finite and positive, or a tuple of other than three lengths, raises a BadArgumentError.
+    A length that is not finite and positive, or a tuple that does not have three lengths, raises a BadArgumentError.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
@@ -82,7 +83,7 @@ class Primitive(Shape):
     def from_sizes(cls, sizes: Sequence[float] | Array) -> Self:
         """Builds the solid from its lengths in the order of the fields, shape (num_sizes,), [m].
 
-        Another number of lengths raises a BadArgumentError.
+        A wrong number of lengths raises a BadArgumentError.
         """
         kind: Any = cls
         lengths = tuple(float(size) for size in sizes)
@@ -97,7 +98,7 @@ class Primitive(Shape):
         return np.hstack([getattr(self, each.name) for each in fields(self)])
 
     def with_sizes(self, sizes: Array) -> Self:
-        """Returns the same kind of solid with other lengths, shape (num_sizes,), [m]."""
+        """Returns a solid of the same type with other lengths, shape (num_sizes,), [m]."""
         return self.from_sizes(sizes)
 
 
@@ -131,8 +132,8 @@ def build_inertia_map(
 ) -> Array:
     """Builds Phi, the map from densities to inertial parameters: pi = Phi rho (docs/model.md).
 
-    It is about To and expressed in T, of shape (10, num_materials), [m^3, m^4, m^5]. Each solid part E of the tool
-    has a pose X_TE, (4, 4), and the index of its density in rho; materials without parts get a column of zeros.
+    Phi, (10, num_materials), [m^3, m^4, m^5], is about To and expressed in T. Each solid part E of the tool has a
+    pose X_TE, (4, 4), and the index of its density in rho. Materials without parts get a column of zeros.
     """
     Phi = np.zeros((NUM_PARAMETERS, num_materials))
     for shape, X_TE, index in zip(shapes, poses_TE, material_indices, strict=True):
@@ -142,7 +143,7 @@ def build_inertia_map(
 
 @dataclass(frozen=True)
 class Geometry:
-    """Inertia map Phi of an object's shape, pi = Phi rho, (10, M), with first-order uncertainty.
+    """Inertia map Phi of an object's shape, pi = Phi rho, (10, M), with its first-order uncertainty.
 
     Phi_errors, (G, 10, M), is the change of Phi by one standard deviation of each uncertain measurement.
     """
@@ -151,27 +152,27 @@ class Geometry:
     Phi_errors: Array
 
     def compute_parameters(self, rho: Array, errors: Array) -> Array:
-        """Computes parameters, (N, 10), of densities, (N, M), [kg/m^3], and errors, (N, G), in units of their SD."""
+        """Computes parameters, (N, 10), from densities, (N, M), [kg/m^3], and errors, (N, G), in SD units."""
         parameters: Array = rho @ self.Phi.T
-        for column in np.flatnonzero(self.Phi_errors.any(axis=(0, 1))):  # a material or two of many
+        for column in np.flatnonzero(self.Phi_errors.any(axis=(0, 1))):  # usually few of many materials
             parameters += errors @ self.Phi_errors[:, :, column] * rho[:, [column]]
         return parameters
 
     def compute_covariance(self, rho: Array) -> Array:
-        """Computes the covariance of pi due to uncertain geometry at densities rho, (M,), shape (10, 10)."""
+        """Computes the covariance of pi, (10, 10), due to uncertain geometry, at densities rho, (M,)."""
         errors = self.Phi_errors @ rho  # (G, 10)
         return errors.T @ errors
 
 
 def compute_point_parameters(p: Array) -> Array:
-    """Computes the ten parameters of point masses of 1 kg at positions p, shape (..., 3), [m], shape (..., 10)."""
+    """Computes the ten parameters, (..., 10), of point masses of 1 kg at positions p, (..., 3), [m]."""
     x, y, z = np.moveaxis(p, -1, 0)
     second = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
     return np.stack([np.ones_like(x), x, y, z, *second], axis=-1)
 
 
 def build_transform_map(X_GT: Array) -> Array:
-    """Builds the map from parameters about To, expressed in T, to those about Go, expressed in G, shape (10, 10)."""
+    """Builds the map, (10, 10), from parameters about To in T to parameters about Go in G."""
     J = pseudo_inertia_from_parameters(np.eye(NUM_PARAMETERS))
     return np.column_stack([parameters_from_pseudo_inertia(X_GT @ unit @ X_GT.T) for unit in J])
 

@@ -1,4 +1,4 @@
-"""Reader of tools and their solid parts (ellipsoids, boxes, cylinders, capsules, meshes) from YAML files."""
+"""Loads tools and their solid parts (ellipsoids, boxes, cylinders, capsules, meshes) from YAML files."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -30,19 +30,19 @@ from affordance.objects.tool import Component, Grip, Tool
 from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEntry, build_pose
 from affordance.objects.weighing import WEIGHING_SD, Weighing
 
-# Value in place of a colour: the colour in the mesh file.
+# Value that selects the colour in the mesh file.
 _OF_FILE = "file"
 
-# Solids by the key that gives their lengths.
+# Types of solids, by the key of their lengths.
 _SOLIDS: dict[str, type[Primitive]] = {"semi_axes": Ellipsoid, "box": Box, "cylinder": Cylinder, "capsule": Capsule}
 _KINDS = (*_SOLIDS, "mesh")
-# Keys for primitives, and those for meshes.
+# Keys allowed for primitives, and keys allowed for meshes.
 _OF_PRIMITIVES = ("position", "rpy_deg", "material", "colour", "looks_like", "mass", "mass_sd")
 _OF_MESHES = ("unit", "shell", "materials", *_OF_PRIMITIVES)
 _ORIGIN = (0.0, 0.0, 0.0)
 # Least length of a vector that defines a direction, [1].
 _MIN_LENGTH = 0.01
-# Most parts of all tools: the time of a joint belief grows with their cube.
+# Largest number of parts of all tools together: a joint belief's computing time grows with its cube.
 _MOST_PARTS = 200
 # Files of tools and of held objects, in the folder workshop/ of the models.
 _WORKSHOP = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
@@ -50,7 +50,7 @@ _WORKSHOP = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
 
 @dataclass(frozen=True)
 class Part:
-    """Entry of a tool's components, its place in the file, and the known materials by name."""
+    """Entry of a tool's component, its place in the file, and the known materials by name."""
 
     path: Path
     key: str
@@ -58,26 +58,26 @@ class Part:
     materials: Mapping[str, Material]
 
     def error(self, name: str, problem: str) -> BadValueError:
-        """Builds the error about a key of the entry."""
+        """Builds an error about a key of the entry."""
         return BadValueError(self.path, f"{self.key}.{name}", problem)
 
     def find_material(self, key: str, name: str | None) -> Material:
-        """Finds the material that is named at a key; raises a BadValueError if it is missing or unknown."""
+        """Returns the material that a key names; a missing or unknown name raises a BadValueError."""
         if name is None:
             raise self.error(key, "is missing")
         if name not in self.materials:
-            own = "others stand in a materials.yaml that --materials FILE or --robot FOLDER names"
+            own = "others can be added in a materials.yaml, given by --materials FILE or --robot FOLDER"
             hint = "" if suggest(name, self.materials) else f"; {own}"
             raise self.error(key, f"{describe_choice(name, self.materials)}{hint}")
         return self.materials[name]
 
 
 def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
-    """Builds one component, or those of a mesh below a folder; raises a BadValueError for a wrong value or file."""
+    """Builds a component, or the components of a mesh; an invalid value or file raises a BadValueError."""
     entry = part.entry
     kinds = [kind for kind in _KINDS if getattr(entry, kind) is not None]
     if len(kinds) > 1:
-        raise part.error(kinds[1], f"is given with {kinds[0]}, only one of {', '.join(_KINDS)} must be given")
+        raise part.error(kinds[1], f"is given together with {kinds[0]}, must be the only one of {', '.join(_KINDS)}")
     if not kinds:
         raise part.error(_KINDS[0], f"is missing: one of {', '.join(_KINDS)} must be given")
     kind = kinds[0]
@@ -110,7 +110,7 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
 
 
 def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:
-    """Chooses the requested body, all bodies if materials or colours are given by shell, or all merged into one."""
+    """Selects the requested body, all bodies if materials or colours are given per shell, or all merged into one."""
     entry = part.entry
     if entry.shell is not None:
         if entry.shell >= count_shells(found):
@@ -118,7 +118,7 @@ def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:
         for body in found:
             if body.number == entry.shell:
                 return (body,)
-        raise part.error("shell", f"is {entry.shell}, the wall of a cavity; the shell around it must be given")
+        raise part.error("shell", f"is {entry.shell}, the wall of a cavity, must be the shell around it")
     by_shell = entry.materials is not None or entry.material is None
     return found if by_shell or len(found) == 1 else (merge(found),)
 
@@ -126,10 +126,10 @@ def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:
 def _read_list(
     part: Part, found: Sequence[Body], colours: Sequence[Colour | None]
 ) -> list[tuple[Material, Material]]:
-    """Reads materials by shell, cavities included, and the appearance of each body."""
+    """Reads the materials of all shells, including cavities, and the appearance of each body."""
     names = part.entry.materials or []
     if len(names) != count_shells(found):
-        problem = f"has {len(names)} entries, must have {count_shells(found)}: one a shell, in the order of the file"
+        problem = f"has {len(names)} entries, must have {count_shells(found)}: one per shell, in the file's order"
         raise part.error("materials", problem)
     pairs = []
     for body, colour in zip(found, colours, strict=True):
@@ -137,13 +137,13 @@ def _read_list(
         for cavity in body.cavities:
             if names[cavity] != names[body.number]:
                 problem = f"is {names[cavity]!r}, the wall of a cavity in shell {body.number}"
-                raise part.error(f"materials[{cavity}]", f"{problem}, must be its {names[body.number]!r}")
+                raise part.error(f"materials[{cavity}]", f"{problem}, must be that shell's {names[body.number]!r}")
         pairs.append((material, _read_look(part, material, colour)))
     return pairs
 
 
 def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
-    """Finds the material and the appearance of each body, by ``material``, or by ``colour`` alone."""
+    """Determines material and appearance of each body from ``material``, or from ``colour`` alone."""
     entry = part.entry
     if entry.material is None and entry.colour is not None:
         pairs = []
@@ -151,7 +151,7 @@ def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[
             matching = [each for each in part.materials.values() if is_same_colour(each.colour, colour)]
             if len(matching) != 1:
                 nearest = find_nearest_colour(colour, {each.name: each.colour for each in part.materials.values()})
-                problem = f"{show_colour(colour)} is the colour of {len(matching)} materials, must be that of one"
+                problem = f"{show_colour(colour)} is the colour of {len(matching)} materials, must be of exactly one"
                 raise part.error("colour", f"{problem}; the nearest is {nearest}")
             pairs.append((matching[0], matching[0]))
         return pairs
@@ -160,7 +160,7 @@ def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[
 
 
 def _read_look(part: Part, material: Material, colour: Colour | None) -> Material:
-    """Finds the material whose colour a part shows: its own, another's, or a pseudo-material of a given colour."""
+    """Determines the material that a part looks like: its own, another, or a pseudo-material of a given colour."""
     if part.entry.looks_like is not None:
         return part.find_material("looks_like", part.entry.looks_like)
     if part.entry.colour is not None:
@@ -178,14 +178,14 @@ def _read_colours(part: Part, colours: Sequence[Colour | None]) -> list[Colour]:
     known = []
     for number, colour in enumerate(colours):
         if colour is None:
-            problem = f"is {_OF_FILE}, and the file shows none of part {number} (images as textures are not read)"
+            problem = f"is {_OF_FILE}, but the file has no colour for part {number} (image textures are not read)"
             raise part.error("colour", f"{problem}; a colour or material must be given")
         known.append(colour)
     return known
 
 
 class _ToolsFile(DataModel):
-    """Content of a tools file."""
+    """Contents of a tools file."""
 
     tools: Annotated[list[ToolEntry], Field(min_length=1)]
 
@@ -196,16 +196,16 @@ def load_tools(
     meshes: StrPath | None = None,
     chosen: Callable[[str], bool] = lambda name: True,
 ) -> tuple[Tool, ...]:
-    """Reads a tools file: ``tools``, a list of entries with name, components and optional named grips and strikes.
+    """Loads the tools of a file: a list ``tools`` of entries with name, components, and optional grips and strikes.
 
     Args:
         path: Path of the file.
-        materials: Materials that components may be made of, by name; those that come with the program if None.
-        meshes: Folder to which paths of mesh files are relative; None for that of the file.
-        chosen: Predicate on a tool's name, True to read it; the meshes of others are not opened.
+        materials: Materials of which components can be made, by name; None for the program's own.
+        meshes: Folder to which paths of mesh files are relative; None for the tools file's folder.
+        chosen: Predicate on a tool's name that selects the tools to load; meshes of other tools are not opened.
 
     Raises:
-        BadValueError: The file, one of its values or a mesh file is invalid; the message says which and how.
+        BadValueError: The file, one of its values or a mesh file is invalid; the message names file, key and value.
     """
     path = check_path("path", path)
     folder = path.parent if meshes is None else check_path("meshes", meshes)
@@ -227,7 +227,7 @@ def list_materials(path: StrPath) -> tuple[str, ...]:
 def select_known(
     materials: Mapping[str, Material], tools: Sequence[Tool], models: Path = MODELS
 ) -> dict[str, Material]:
-    """Selects the materials of the models' workshop tools and of some further tools, by name, in their order."""
+    """Selects the materials that the workshop's tools and further tools use, by name, in their original order."""
     names = {name for file in _WORKSHOP for name in list_materials(models / "workshop" / file)}
     names |= {each.name for tool in tools for part in tool.components for each in (part.material, part.looks_like)}
     return {name: material for name, material in materials.items() if name in names}
@@ -241,7 +241,7 @@ def build_tools(
     meshes: Path,
     chosen: Callable[[str], bool] = lambda name: True,
 ) -> tuple[Tool, ...]:
-    """Builds the tools at a key of a file, as ``load_tools`` does; two of one name raise a BadValueError."""
+    """Builds the tools at a key of a file, as ``load_tools`` does; a repeated name raises a BadValueError."""
     tools: dict[str, Tool] = {}
     names: set[str] = set()
     for index, entry in enumerate(entries):
@@ -274,16 +274,16 @@ def build_tools(
 def _list_weighing(
     path: Path, key: str, entry: ToolEntry | ComponentEntry, parts: tuple[int, ...]
 ) -> tuple[Weighing, ...]:
-    """Lists the weighing of an entry, if it has one; an error without a mass raises a BadValueError."""
+    """Lists the weighing of an entry, if it has one; a ``mass_sd`` without a mass raises a BadValueError."""
     if entry.mass is None:
         if entry.mass_sd is not None:
-            raise BadValueError(path, f"{key}.mass_sd", "is the error of a mass, which is missing")
+            raise BadValueError(path, f"{key}.mass_sd", "is the standard deviation of a mass, which is missing")
         return ()
     return (Weighing(parts, entry.mass, entry.mass_sd or WEIGHING_SD * entry.mass),)
 
 
 def check_parts(path: Path, key: str, tools: Iterable[Tool]) -> None:
-    """Raises a BadValueError for tools with too many parts, whose densities are believed together."""
+    """Raises a BadValueError if the tools have too many parts for a joint belief about their densities."""
     if (count := sum(len(tool.components) for tool in tools)) > _MOST_PARTS:
         raise BadValueError(path, key, f"have {count} parts in all, must have at most {_MOST_PARTS}")
 
@@ -291,7 +291,7 @@ def check_parts(path: Path, key: str, tools: Iterable[Tool]) -> None:
 def _add_strike(
     components: Sequence[Component], name: str, entry: StrikeEntry, path: Path, key: str
 ) -> tuple[Component, ...]:
-    """Adds a striking face to the part that has it."""
+    """Adds a striking face to the part that it lies on."""
     point, normal = np.array(entry.point), np.array(entry.normal)
     length = float(np.linalg.norm(normal))
     if length < _MIN_LENGTH:
@@ -301,7 +301,7 @@ def _add_strike(
     if gap > PLANE_TOLERANCE:
         problem = (
             f"is {1e3 * gap:.3g} mm from where any part ends along the normal, must be at most "
-            f"{1e3 * PLANE_TOLERANCE:g} mm: a face that strikes lies on its part's hull"
+            f"{1e3 * PLANE_TOLERANCE:g} mm: a striking face is on its part's convex hull"
         )
         raise BadValueError(path, f"{key}.point", problem)
     part = components[number]

@@ -1,6 +1,6 @@
-"""Materials: colour, and density with its spread between objects; their file, and colours as users write them.
+"""Materials: colour, density and its spread between objects; the materials file, and colours in users' notation.
 
-A colour is written as the name of a material, as '#d4a017', or as three numbers.
+A colour can be written as the name of a material, as hexadecimal digits such as '#d4a017', or as three numbers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,14 +19,14 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
 from affordance.objects.inertia import DENSITY_MAX
 
-# Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
+# Bounds of densities in simulations and beliefs, wider than the bounds of real materials, [kg/m^3].
 DENSITIES = Within(1e-3, 1e6)
-# Least density in a materials file, [kg/m^3]: the lightest packing foam (ASTM C578, type XI). In g/cm^3, densities of
-# all solids but tungsten, gold and their like are smaller numbers.
+# Least density in a materials file, [kg/m^3]: the lightest packing foam (ASTM C578, type XI). A density in g/cm^3 by
+# mistake is a smaller number, except for metals such as tungsten and gold.
 _LIGHTEST = 12.0
-# Materials file that comes with the program.
+# The program's own materials file.
 MATERIALS = MODELS / "materials.yaml"
-_FORMS = "(a colour is '#d4a017', or red, green and blue from 0 to 1)"
+_FORMS = "(a colour is written as '#d4a017', or as red, green and blue from 0 to 1)"
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Material(CheckedFields):
     Attributes:
         name: Key in the materials file.
         colour: Red, green and blue in [0, 1].
-        density: Mean density of objects made of it, [kg/m^3].
+        density: Mean density of objects made of this material, [kg/m^3].
         density_sd: Standard deviation between such objects, [kg/m^3].
         source: Source of the density.
 
@@ -54,7 +54,7 @@ class Material(CheckedFields):
     source: str = ""
 
 
-# Name of a material, a material, or a colour.
+# Anything that identifies a material: its name, a material, or a colour.
 type MaterialLike = str | Material | Sequence[float]
 
 
@@ -69,7 +69,7 @@ type ColourText = Annotated[str, Text(), AfterValidator(_check_colour)]
 
 @dataclass(frozen=True)
 class _FileDensity(Within):
-    """Constraint on a density in a file, [kg/m^3], whose errors name the unit, and the value if it was in g/cm^3."""
+    """Constraint on a density in a file, [kg/m^3]; errors name the unit, and convert the value from g/cm^3."""
 
     @override
     def check(self, value: Any, at: str = "") -> float:
@@ -86,7 +86,7 @@ class _FileDensity(Within):
 
 
 class MaterialEntry(DataModel):
-    """Material in a file."""
+    """Entry of a material in a file."""
 
     colour: Annotated[ColourText, Field(description="Red, green and blue in hexadecimal, as '#b5a642'.")]
     density: Annotated[
@@ -103,14 +103,14 @@ class MaterialEntry(DataModel):
 
 
 class _MaterialsFile(RootModel[Annotated[dict[Name, MaterialEntry], Field(min_length=1)]]):
-    """Content of a materials file."""
+    """Contents of a materials file."""
 
 
 def load_materials(path: StrPath = MATERIALS) -> dict[str, Material]:
-    """Reads a materials file: a mapping from names to colour, density, density_sd and optionally source.
+    """Loads a materials file, which maps names to colour, density, density_sd and optionally source.
 
     Raises:
-        BadValueError: The file or one of its values is invalid; the message says which and how.
+        BadValueError: The file or one of its values is invalid; the message names file, key and value.
     """
     return {
         name: entry.build(name) for name, entry in load_model(check_path("path", path), _MaterialsFile).root.items()
@@ -121,7 +121,7 @@ _load_own = lru_cache(maxsize=1)(load_materials)
 
 
 def check_materials(materials: object) -> Mapping[str, Material]:
-    """Returns a mapping from names to materials, as from ``load_materials``; else raises a BadArgumentError."""
+    """Returns materials by name, as from ``load_materials``; anything else raises a BadArgumentError."""
     if not isinstance(materials, Mapping):
         problem = (
             f"is of type {type(materials).__name__}, must be a mapping of names to materials, see load_materials"
@@ -133,9 +133,9 @@ def check_materials(materials: object) -> Mapping[str, Material]:
 def find_colour(
     material: MaterialLike, materials: Mapping[str, Material] | None = None, argument: str = "material"
 ) -> Colour:
-    """Finds the colour that identifies a material, among ours unless others are given.
+    """Returns the colour that identifies a material, among the program's own unless others are given.
 
-    An unknown name raises a BadArgumentError of the argument.
+    An unknown name raises a BadArgumentError that names ``argument``.
     """
     if isinstance(material, Material):
         return material.colour

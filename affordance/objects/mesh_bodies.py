@@ -1,4 +1,4 @@
-"""Bodies of a mesh file in metres, each with its colour in the file."""
+"""Loads the bodies of a mesh file in metres, each with its colour in the file."""
 
 import functools
 import itertools
@@ -21,22 +21,22 @@ _LOG = logging.getLogger(__name__)
 
 # Metres in each unit.
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
-# Bounds of the length of objects that a hand can hold and swing: a metre, and the thickness of a coin, [m].
+# Bounds of the length of objects that a hand can hold and swing: the thickness of a coin, and a metre, [m].
 LENGTH_MIN, LENGTH_MAX = 1e-3, 1.0
-# Length from which a tool is plausible, not merely possible, [m].
+# Length above which a tool is plausible, not merely possible, [m].
 _PLAUSIBLE = 0.02
-# Fraction of volume counted twice above which a warning is given: assemblies with threads, splines and press fits
-# drawn into each other have up to 1.1 %.
+# Fraction of volume counted twice above which a warning is given: assemblies with overlapping threads, splines and
+# press fits have up to 1.1 %.
 _LARGE_OVERLAP = 0.02
-# Metres to millimetres, for which manifold3d's tolerances are made.
+# Metres to millimetres, the unit that manifold3d's tolerances are suited to.
 _SCALE = 1e3
 
 
 class Body(NamedTuple):
-    """Body of a mesh: solid with Eo in its centroid, at p_FEo, (3,), [m], in the frame F of the file, parallel to E.
+    """Body of a mesh: solid with its centroid at Eo, and p_FEo, (3,), [m], in the file's frame F, parallel to E.
 
-    Its number, and those of its cavities, are indices of shells in the order of the file. The colour is that of most
-    of its surface in the file; None if the file gives none.
+    The numbers of the body and its cavities are indices of shells in the file's order. The colour is that of the
+    largest part of its surface; None if the file gives none.
     """
 
     solid: TriangleMesh
@@ -47,14 +47,15 @@ class Body(NamedTuple):
 
 
 def count_shells(bodies: Sequence[Body]) -> int:
-    """Counts the closed surfaces of bodies, cavities included."""
+    """Counts the closed surfaces of bodies, including cavities."""
     return sum(1 + len(body.cavities) for body in bodies)
 
 
 def load_bodies(path: Path, unit: str) -> tuple[Body, ...]:
-    """Reads the bodies of an OBJ, PLY or STL file, in its order, in a unit of UNITS; it is kept until it changes.
+    """Loads the bodies of an OBJ, PLY or STL file in the file's order, and caches them until the file changes.
 
-    A file that cannot be read, an open surface or one wound both ways, or an implausible size raises a BadValueError.
+    ``unit`` is a key of UNITS. A file that cannot be read, a surface that is open or inconsistently wound, or an
+    implausible size raises a BadValueError.
     """
     try:
         changed = path.stat().st_mtime_ns
@@ -77,7 +78,7 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> tuple[Body, ...]:
     overlap = compute_overlap([shell.solid for shell in found.shells])
     if not overlap <= _LARGE_OVERLAP:
         much = "surfaces run through themselves" if np.isnan(overlap) else f"{100 * overlap:.1f} % of the volume"
-        _LOG.warning("%s: %s lies in two bodies at once, and is counted twice", path, much)
+        _LOG.warning("%s: %s is shared by two bodies, and is counted twice", path, much)
     return tuple(
         Body(*shell.solid.centre(), shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
         for shell in found.shells
@@ -85,9 +86,9 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> tuple[Body, ...]:
 
 
 def compute_overlap(solids: Sequence[TriangleMesh]) -> float:
-    """Computes the volume that pairs of solids, in one frame, share, as a fraction of the sum of their volumes.
+    """Computes the volume shared by pairs of solids as a fraction of their total volume.
 
-    NaN stands for a surface that intersects itself, so that it does not bound a single body.
+    All solids are in the same frame. NaN means that a surface intersects itself.
     """
     meshes = [manifold3d.Mesh64(_SCALE * solid.vertices, solid.faces.astype(np.uint64)) for solid in solids]
     bodies = [manifold3d.Manifold(mesh) for mesh in meshes]
@@ -114,7 +115,7 @@ def merge(bodies: Sequence[Body]) -> Body:
 
 
 def _find_colour(shell: Shell, vertices: Array, triangles: Triangles) -> Colour | None:
-    """Finds the colour of the largest share of the area; None if the file gives none."""
+    """Determines the colour of the largest part of the area; None if the file gives none."""
     corners = vertices[triangles.faces[shell.faces]]
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     colours = triangles.colours[shell.faces]

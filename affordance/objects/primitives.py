@@ -1,6 +1,6 @@
-"""Solids with closed-form inertia: boxes, cylinders and capsules, each centred at Eo with axes along those of E.
+"""Solids with closed-form inertia: boxes, cylinders and capsules, each centred at Eo and aligned with E.
 
-As in Drake, cylinders and capsules are along Ez, and a capsule's length is that of its cylindrical middle.
+As in Drake, the axes of cylinders and capsules are along Ez, and a capsule's length excludes its hemispheres.
 """
 
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import Primitive
 
-# Relative size below which a direction component is rounding error: otherwise the support point of a flat face would
-# jump to one of its corners.
+# Direction components below this fraction are rounding errors; otherwise the support point of a flat face would jump
+# to one of its corners.
 _ALONG = 1e-9
 
 
 @dataclass(frozen=True)
 class Box(Primitive):
-    """Solid box with edges of some lengths along Ex, Ey, Ez, [m]."""
+    """Solid box; its lengths are edges along Ex, Ey, Ez, [m]."""
 
     lengths: tuple[float, float, float]
 
@@ -31,7 +31,7 @@ class Box(Primitive):
         return self.volume * np.diag([*(self.sizes**2 / 12.0), 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the middle of the face, edge or corner farthest along a direction, shape (3,), [m]."""
+        """Finds the middle of the face, edge or corner that is farthest along a direction, shape (3,), [m]."""
         return 0.5 * self.sizes * _take_signs(direction_E)
 
 
@@ -43,7 +43,7 @@ class _Round(Primitive):
 
 @dataclass(frozen=True)
 class Cylinder(_Round):
-    """Solid cylinder along Ez of a radius and a length, [m]."""
+    """Solid cylinder along Ez with a radius and a length, [m]."""
 
     @property
     def volume(self) -> float:
@@ -56,7 +56,7 @@ class Cylinder(_Round):
         return self.volume * np.diag([across, across, self.length**2 / 12.0, 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the surface point, or the middle of the face or line, farthest along a direction, shape (3,), [m]."""
+        """Finds the point, or the middle of the face or line, that is farthest along a direction, shape (3,), [m]."""
         across = np.array([direction_E[0], direction_E[1], 0.0])
         distance = float(np.linalg.norm(across))
         end = _point_along(0.5 * self.length, direction_E)
@@ -65,7 +65,7 @@ class Cylinder(_Round):
 
 @dataclass(frozen=True)
 class Capsule(_Round):
-    """Solid cylinder along Ez, of a length without the hemispheres on its ends, all of a radius, [m]."""
+    """Solid cylinder along Ez with hemispheres on its ends; length without hemispheres, [m]."""
 
     @property
     def volume(self) -> float:
@@ -75,7 +75,8 @@ class Capsule(_Round):
     def unit_pseudo_inertia(self) -> Array:
         """Computes the pseudo-inertia at 1 kg/m^3 about the centre, shape (4, 4).
 
-        The hemispheres' centroids are 3/8 r beyond the cylinder's ends; their mean square of z from there is r^2/5.
+        The hemispheres' centroids are 3/8 r beyond the cylinder's ends; their mean square of z from these ends is
+        r^2/5.
         """
         r, half = self.radius, 0.5 * self.length
         middle, ends = np.pi * r**2 * self.length, 4.0 / 3.0 * np.pi * r**3
@@ -84,7 +85,7 @@ class Capsule(_Round):
         return np.diag([across, across, along, middle + ends])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the surface point, or the middle of a line of the side, farthest along a direction, (3,), [m]."""
+        """Finds the point, or the middle of the side's line, that is farthest along a direction, (3,), [m]."""
         ball: Array = self.radius * direction_E / np.linalg.norm(direction_E)
         return ball + _point_along(0.5 * self.length, direction_E)
 
@@ -94,7 +95,7 @@ class Capsule(_Round):
 
 
 def _take_signs(direction_E: Array) -> Array:
-    """Computes the signs of a direction's components, with 0 for those that are rounding error, (3,)."""
+    """Computes the signs of a direction's components, (3,), with 0 for rounding errors."""
     return np.sign(direction_E) * (np.abs(direction_E) > _ALONG * np.linalg.norm(direction_E))
 
 

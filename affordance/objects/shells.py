@@ -1,8 +1,8 @@
-"""Separation of a mesh into its bodies, with a check that each is bounded by a closed surface.
+"""Separates a mesh into its bodies, and checks that closed surfaces bound them.
 
-CAD programs write the bodies of an assembly one after the other into one mesh. Where two of them touch along an edge,
-four faces meet there, and only the order in the file shows which two belong together. A surface that is wound inwards
-and is inside another is the wall of a cavity.
+CAD programs write the bodies of an assembly one after another into one mesh. If two of them touch along an edge, four
+faces meet there, and only their order in the file shows which two belong together. A surface that is wound inwards
+and is inside another surface is the wall of a cavity.
 """
 
 from typing import NamedTuple
@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.objects.array_solids import Faces, TriangleMesh, find_open_edges, integrate_faces
 
-# Distance below which corners are equal: single floats in millimetres differ by 0.02 um, [m].
+# Distance below which corners are equal: single-precision numbers in millimetres differ by 0.02 um, [m].
 _WELD = 1e-7
 # Larger distance, used only if it closes a surface: no wall of a hand tool is that thin, [m].
 _WIDE_WELD = 1e-5
 
 
 class MeshError(ValueError):
-    """Error raised for faces that do not bound a solid."""
+    """Error for faces that do not bound a solid."""
 
 
 class Shell(NamedTuple):
-    """Body of a mesh, less its cavities, in the frame of the file, and the indices of its faces there, (k,).
+    """Body of a mesh without its cavities, in the file's frame, with the indices of its faces in the file, (k,).
 
-    Its number, and those of its cavities, are indices of surfaces in the order of the file.
+    The numbers of the body and its cavities are indices of surfaces in the file's order.
     """
 
     solid: TriangleMesh
@@ -37,17 +37,17 @@ class Shell(NamedTuple):
 
 
 class Shells(NamedTuple):
-    """Bodies of a mesh in the order of the file, with descriptions of the repairs that were necessary."""
+    """Bodies of a mesh in the file's order, and descriptions of necessary repairs."""
 
     shells: tuple[Shell, ...]
     repairs: tuple[str, ...]
 
 
 def find_shells(vertices: Array, faces: Faces) -> Shells:
-    """Separates a mesh into its bodies, given corners, (n, 3), [m], and three of them per face, (m, 3).
+    """Separates a mesh of vertices, (n, 3), [m], and faces, (m, 3), into its bodies.
 
-    Duplicate corners are allowed. A surface that is open, neighbouring faces of opposite winding, or a body without
-    volume raise a MeshError.
+    Duplicate vertices are allowed. An open surface, neighbouring faces of opposite winding, or a body without volume
+    raises a MeshError.
     """
     repairs = []
     points, corner = weld(vertices)
@@ -71,7 +71,7 @@ def find_shells(vertices: Array, faces: Faces) -> Shells:
         elif volumes[number] < 0.0:
             bodies[number] = bodies[number][:, ::-1]
             cavities[number] = []
-            repairs.append(f"shell {number} was wound inwards, and was turned outwards")
+            repairs.append(f"shell {number} was wound inwards, and was reversed")
         else:
             raise MeshError(f"shell {number} bounds no volume")
     shells = []
@@ -85,7 +85,7 @@ def find_shells(vertices: Array, faces: Faces) -> Shells:
 
 
 def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Merges equal corners; returns the unique ones, (k, 3), and the index of each vertex among them, (n,)."""
+    """Merges equal vertices; returns the unique ones, (k, 3), and each vertex's index among them, (n,)."""
     _, first, index = np.unique(
         np.round(vertices / _WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True
     )
@@ -93,7 +93,7 @@ def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Merges corners that are near each other; returns the mean of each group, (k, 3), and indices, (n,)."""
+    """Merges vertices that are close together; returns each group's mean, (k, 3), and each vertex's group, (n,)."""
     pairs = scipy.spatial.cKDTree(vertices).query_pairs(_WIDE_WELD, output_type="ndarray")
     size = len(vertices)
     graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(size, size))
@@ -104,15 +104,15 @@ def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def find_proper_faces(faces: Faces) -> NDArray[np.bool_]:
-    """Finds the faces with three different corners, (m,)."""
+    """Returns which faces have three different vertices, (m,)."""
     proper: NDArray[np.bool_] = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     return proper
 
 
 def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
-    """Computes the index of the body of each face, (m,), in the order of the file, for unique corners, (n, 3), [m].
+    """Assigns each face to a body, in the file's order, (m,), given unique vertices, (n, 3), [m].
 
-    No faces, or an edge that is not traversed equally often in both directions, raise a MeshError.
+    A mesh without faces, or with an edge that is not traversed equally often in both directions, raises a MeshError.
     """
     broken = find_open_edges(faces) if len(faces) else np.zeros((0, 2), dtype=np.intp)
     if len(broken) or not len(faces):
@@ -120,7 +120,7 @@ def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
             raise MeshError("has no face with an area")
         x, y, z = points[broken[0]].mean(axis=0)
         raise MeshError(
-            f"has {len(broken)} edges that are open, or between faces wound against each other, the first near "
+            f"has {len(broken)} edges that are open or between faces of opposite winding, the first near "
             f"({x:.4g}, {y:.4g}, {z:.4g}) m; a solid must be closed"
         )
     start, end = faces.T.ravel(), np.roll(faces, -1, axis=1).T.ravel()
@@ -148,7 +148,7 @@ def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
 
 
 def contains(points: Array, faces: Faces, point: Array) -> bool:
-    """Returns True if a point is inside a closed surface, by the solid angle of its faces seen from the point.
+    """Returns True if a point is inside a closed surface, using the solid angle of its faces seen from the point.
 
     The angle of each face is tan(omega / 2) = a . (b x c) / (|a||b||c| + (a . b)|c| + (b . c)|a| + (c . a)|b|) (Van
     Oosterom and Strackee 1983, IEEE Transactions on Biomedical Engineering 30:125-126, from memory).

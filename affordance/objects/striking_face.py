@@ -1,4 +1,4 @@
-"""Faces of parts that are made to strike, and the part that has one.
+"""Striking faces of tools, and the parts that they belong to.
 
 Frames: T the tool, E the part, Q the middle of the face.
 """
@@ -11,7 +11,7 @@ import numpy as np
 from affordance.arrays import Array, store_read_only
 from affordance.objects.inertia import Shape
 
-# Largest distance by which a part may extend beyond a named face's plane, an allowance for rounded points, [m].
+# Largest distance by which a part may extend beyond a named face's plane, to allow for rounded coordinates, [m].
 PLANE_TOLERANCE = 2e-4
 # Number of directions, 5 degrees apart, in which points are tested against a part's hull.
 _NUM_DIRECTIONS = 1600
@@ -35,12 +35,17 @@ class StrikingFace:
 
 
 def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T: Array) -> tuple[int, float]:
-    """Finds the part with a face at a point on its convex hull, so that the struck body meets no other place first.
+    """Finds the part that has a face at a point of its convex hull, where it can strike before any other point.
 
     The hull of a part has support h(d) along a unit vector d, so a point p is on a face with normal n if h(n) = n . p
-    and d . p <= h(d) for all d. Returns the index of the part, and the distance by which the point misses its face,
-    [m]; parts are given by solids and poses X_TE, the face by a point p_TQ, (3,), [m], and its outward unit normal,
-    (3,).
+    and d . p <= h(d) for all d.
+
+    Args:
+        parts: Solids and their poses X_TE, (4, 4).
+        p_TQ: Point of the face, (3,), [m].
+        normal_T: Outward unit normal of the face, (3,).
+
+    Returns: Index of the part, and the distance by which the point misses its face, [m].
     """
     turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_NUM_DIRECTIONS)
     z = 1.0 - (2.0 * np.arange(_NUM_DIRECTIONS) + 1.0) / _NUM_DIRECTIONS
@@ -50,7 +55,7 @@ def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T
     behind = [_measure_behind(shape, X_TE, p_TQ, normal_T) for shape, X_TE in parts]
     for index in np.argsort(behind):
         if behind[index] >= gaps.min():
-            break  # no part further behind can have a smaller gap
+            break  # parts further behind cannot have a smaller gap
         shape, X_TE = parts[index]
         p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
         gaps[index] = max(behind[index], *(float(d @ (p_EQ - shape.find_support(d))) for d in directions))
@@ -59,7 +64,7 @@ def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T
 
 
 def _measure_behind(shape: Shape, X_TE: Array, p_TQ: Array, normal_T: Array) -> float:
-    """Computes the distance of a point from where a part ends along a normal, [m]."""
+    """Computes the distance from a point to the end of a part along a normal, [m]."""
     R_TE = X_TE[:3, :3]
     p_EQ, normal_E = R_TE.T @ (p_TQ - X_TE[:3, 3]), R_TE.T @ normal_T
     return abs(float(normal_E @ (shape.find_support(normal_E) - p_EQ)))

@@ -1,7 +1,7 @@
-"""Held objects: tools made of solid components.
+"""Held objects: tools composed of solid components.
 
-Frames: T the tool, which coincides with the hand's frame H while held; E a component. A component has the colour of
-its material unless ``looks_like`` names another; decoys are made this way.
+Frames: T the tool, which coincides with the hand's frame H while the tool is held; E a component. A component has the
+colour of its material unless ``looks_like`` names another, as for decoys.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,16 +20,16 @@ from affordance.objects.materials import Material
 from affordance.objects.striking_face import StrikingFace
 from affordance.objects.weighing import Weighing
 
-# Largest mass: a greater one is a mistake in units, and simulating it may not terminate, [kg].
+# Largest mass: a larger one is a mistake in units, and its simulation may not terminate, [kg].
 MASS_MAX = 1e4
-# Largest difference of moments per unit volume that counts as equal, [1, m, m^2].
+# Moments per unit volume that differ by at most this are equal, [1, m, m^2].
 _EQUAL = 1e-9
-# Largest difference of places, sizes and squares of sizes of parts that count as alike: a tenth of a millimetre,
-# [m, m^2], to which drawings and meshes are symmetric.
+# Parts are alike if their positions, sizes and squared sizes differ by at most this, [m, m^2]: a tenth of a
+# millimetre, the accuracy to which drawings and meshes are symmetric.
 _ALIKE = 1e-4
 
 
-@dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by
+@dataclass(frozen=True, eq=False)  # arrays cannot be compared with a single truth value
 class Component:
     """Solid part of a tool."""
 
@@ -40,7 +40,7 @@ class Component:
     strikes: tuple[StrikingFace, ...] = ()  # faces that are designed to strike
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for wrong types, or a pose that scales or mirrors; stores a copy of it."""
+        """Raises a BadArgumentError for wrong types, or a pose that scales or mirrors; copies the pose."""
         check_kind("shape", self.shape, Shape)
         check_kind("material", self.material, Material)
         check_kind("looks_like", self.looks_like, Material)
@@ -49,7 +49,7 @@ class Component:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """Way of holding a tool: its pose in the frame in which the components are written, (4, 4), read-only."""
+    """Way of holding a tool: the hand's pose in the frame of the tools file, (4, 4), read-only."""
 
     name: str
     X_TG: Array
@@ -68,7 +68,7 @@ class Tool:
         components: Solid parts, at least one; poses are relative to the hand's grip.
         grips: Ways of holding the tool; empty if it can only be held as written.
         grip: Name of the grip in use; empty if the tool is held as written.
-        weighings: Masses of the tool, or of parts of it, that were measured.
+        weighings: Measured masses of the tool, or of some of its parts.
 
     Example:
         >>> from affordance import MODELS, load_tools
@@ -84,7 +84,7 @@ class Tool:
     weighings: tuple[Weighing, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for no parts, two grips of one name, or a mass beyond MASS_MAX."""
+        """Raises a BadArgumentError for no parts, a repeated grip name, or a mass of more than MASS_MAX."""
         check_kind("name", self.name, str)
         for field in ("components", "grips"):
             check_kind(field, getattr(self, field), Sequence, "a tuple")
@@ -95,7 +95,7 @@ class Tool:
         object.__setattr__(self, "grips", tuple(self.grips))
         names = [check_kind(f"grips[{i}]", grip, Grip).name for i, grip in enumerate(self.grips)]
         if len(set(names)) < len(names):
-            raise BadArgumentError("grips", "", f"are called {', '.join(names)}, each must have a name of its own")
+            raise BadArgumentError("grips", "", f"are called {', '.join(names)}, must have different names")
         mass = sum(part.shape.volume * part.material.density for part in parts)
         if not mass <= MASS_MAX:
             problem = f"weigh {mass:.3g} kg, must weigh at most {MASS_MAX:g} kg; lengths are in metres"
@@ -108,7 +108,7 @@ class Tool:
         return f"Tool({self.name}: {self.mass:.3g} kg of {materials}{held}{grips})"
 
     def gripped_by(self, grip: Grip) -> "Tool":
-        """Returns the tool held by one of its grips, with no other grips to choose from."""
+        """Returns the tool held by one of its grips, without other grips."""
         X_GT = np.linalg.inv(grip.X_TG)
         components = tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.components)
         return Tool(self.name, components, (), grip.name, self.weighings)
@@ -118,7 +118,7 @@ class Tool:
         return {grip.name: self.gripped_by(grip) for grip in self.grips}
 
     def with_densities(self, densities: Mapping[Colour, float]) -> "Tool":
-        """Returns a tool of equal appearance whose parts have other densities, [kg/m^3], by the colour they show."""
+        """Returns a tool of equal appearance with other densities, [kg/m^3], by visible colour."""
         parts = (
             replace(part, material=replace(part.material, density=densities[part.looks_like.colour]))
             for part in self.components
@@ -126,7 +126,7 @@ class Tool:
         return replace(self, components=tuple(parts))
 
     def scaled(self, density: float, size: float) -> "Tool":
-        """Returns a tool without grips whose densities (up to DENSITY_MAX) and lengths are multiplied by factors."""
+        """Returns a tool without grips, with densities (up to DENSITY_MAX) and lengths multiplied by factors."""
         parts = []
         for part in self.components:
             X_TE = np.array(part.X_TE)
@@ -145,7 +145,7 @@ class Tool:
 
     @property
     def appearance(self) -> tuple[object, ...]:
-        """Visible properties, hashable; tools of equal appearance can share a Diagram."""
+        """Hashable visible properties; tools of equal appearance can share a Diagram."""
         return tuple((part.shape, part.X_TE.tobytes(), part.looks_like.colour) for part in self.components)
 
     @property
@@ -165,25 +165,25 @@ class Tool:
 
     @property
     def p_TTcentre(self) -> Array:
-        """Geometric centre (centroid of the volume, regardless of mass), shape (3,), [m]."""
+        """Centroid of the volume, regardless of mass, shape (3,), [m]."""
         volumes = [component.shape.volume for component in self.components]
         return np.average([component.X_TE[:3, 3] for component in self.components], axis=0, weights=volumes)
 
 
 def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
-    """Lists the true densities of non-decoy tools by visible colour, in the order of their components, [kg/m^3]."""
+    """Lists true densities, [kg/m^3], by visible colour, in the order of components; decoys are ignored."""
     return {part.looks_like.colour: part.material.density for tool in tools for part in tool.components}
 
 
 def list_colours(tools: Iterable[Tool]) -> tuple[Colour, ...]:
-    """Lists the colours that tools show, each once, in the order of their components."""
+    """Lists the visible colours of tools without duplicates, in the order of components."""
     return tuple(list_densities(tools))
 
 
 def is_symmetric(tool: Tool) -> bool:
-    """Returns True if the two grips of a tool have the same shape, so that shape alone favours neither.
+    """Returns True if a tool has the same shape in both grips, so that shape alone favours neither.
 
-    With one prior for all materials, chance before any experience is then one half, for any task.
+    With the same prior for all materials, the chance level before any experience is then one half in any task.
     """
     if len(tool.grips) != 2:
         return False
@@ -197,9 +197,9 @@ def is_symmetric(tool: Tool) -> bool:
 
 
 def find_alike_grips(tool: Tool) -> dict[str, tuple[str, ...]]:
-    """Finds grips in which a tool has the same parts and striking faces, as by its symmetry.
+    """Finds grips that are equivalent by symmetry: the tool has the same parts and striking faces in them.
 
-    Returns: Names of the other grips, by the first one of those that are alike, in the tool's order.
+    Returns: For the first grip of each group of equivalent grips, the names of the others, in the tool's order.
     """
     forms = {grip: _describe_form(held) for grip, held in tool.list_gripped().items()}
     found: dict[str, tuple[str, ...]] = {}
@@ -213,7 +213,7 @@ def find_alike_grips(tool: Tool) -> dict[str, tuple[str, ...]]:
 
 
 def _describe_form(held: Tool) -> list[Array]:
-    """Describes what a tool is like in the hand: rows for its parts, their colours, and its striking faces."""
+    """Describes a tool's form in the hand as arrays of rows: parts, their colours, and striking faces."""
     parts, faces = [], []
     for part in held.components:
         moments = parameters_from_pseudo_inertia(part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T)
@@ -254,13 +254,13 @@ class PosedShape(Protocol):
 
 
 def find_free_end(parts: Sequence[PosedShape]) -> Array:
-    """Finds the point of a tool farthest from the hand along Tx, p_TTfree, shape (3,), [m]."""
+    """Finds the point of a tool that is farthest from the hand along Tx, p_TTfree, shape (3,), [m]."""
     points = [part.X_TE[:3, 3] + part.X_TE[:3, :3] @ part.shape.find_support(part.X_TE[0, :3]) for part in parts]
     return max(points, key=lambda point: float(point[0]))
 
 
 def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
-    """Finds the box that parts fill, along the axes of T: least and largest coordinates, shape (3,) each, [m]."""
+    """Computes the bounding box of parts along the axes of T: least and largest coordinates, (3,) each, [m]."""
     corners = []
     for part in parts:
         R, p = part.X_TE[:3, :3], part.X_TE[:3, 3]

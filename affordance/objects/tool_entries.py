@@ -12,10 +12,10 @@ from affordance.arrays import Array
 from affordance.files.constraints import Length, Name, Vector, Whole, Within
 from affordance.files.data_model import DataModel
 
-# Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre. Values beyond are
+# Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre; other values are
 # mistakes in units, [m].
 SIZE_MIN, SIZE_MAX = 1e-4, 1.0
-# Bounds of weighed masses, from a milligram to ten tons, beyond which other bounds refuse a tool anyway, [kg].
+# Bounds of weighed masses, from a milligram to ten tons; tools beyond them violate other bounds anyway, [kg].
 MASS_MIN, MASS_MAX = 1e-6, 1e4
 
 
@@ -43,7 +43,7 @@ class PoseEntry(DataModel):
 
 
 class ComponentEntry(DataModel):
-    """Solid part of a tool, or parts of a mesh, in a file; the reader checks which keys go together."""
+    """Solid part of a tool, or parts of a mesh, in a file; the reader checks combinations of keys."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"density": "a density belongs to a material, in materials.yaml"}
 
@@ -108,7 +108,7 @@ class ToolEntry(DataModel):
 
 
 def build_pose(position: ArrayLike, rpy_deg: tuple[float, float, float] | None = None) -> Array:
-    """Builds a pose, (4, 4), from a position, (3,), [m], and roll, pitch and yaw, [deg], or none."""
+    """Builds a pose, (4, 4), from a position, (3,), [m], and optionally roll, pitch and yaw, [deg]."""
     X = np.eye(4)
     X[:3, 3] = position
     if rpy_deg is not None:

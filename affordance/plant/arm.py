@@ -1,8 +1,8 @@
-"""Plant of an arm with the tool in its hand: handles, joint limits and postures.
+"""Plant of an arm with a tool in its hand: handles, joint limits and postures.
 
-Frames, here and everywhere: W the world, H the hand (where it grips, Hx pointing out of it), T the tool (coincides
-with H while held), E a component of the tool, B any body, Bcm its centre of mass. Any serial arm can be used that a
-directives file describes (see models/arm.dmd.yaml), with any number of joints.
+Frames in all modules: W the world, H the hand (where it grips, with Hx pointing out of it), T the tool (coincides
+with H while held), E a component of the tool, B any body, Bcm its centre of mass. Any serial arm with any number of
+joints can be used if a directives file describes it (see models/arm.dmd.yaml).
 """
 
 import re
@@ -23,14 +23,14 @@ from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.plant.clamp import Clamp
 
 ARM = MODELS / "arm.dmd.yaml"
-# End of the name of a folder that holds a kept import (robots/kept.py): a digest.
+# Digest at the end of the name of a folder with a cached import (robots/kept.py).
 _DIGEST = re.compile("-[0-9a-f]{12}$")
 
 
 def name_robot(source: Path, tip: str = "") -> str:
-    """Names a robot by its folder of models, without the digest of a kept import, or by its file and the tip.
+    """Names a robot after its model folder, without the digest of a cached import, or after its file and tip.
 
-    A kept import and its file have one name. The paper's arm is "the paper's arm".
+    A cached import and its file have the same name. The paper's arm is "the paper's arm".
     """
     source = source.resolve()
     if source == ARM.resolve():
@@ -50,13 +50,13 @@ class JointLimits(NamedTuple):
     tau_max: Array  # on |tau|, [N m]
 
     def compute_loads(self, tau: Array) -> Array:
-        """Computes torques, shape (..., num_joints), [N m], as fractions of their limits; more than 1 is too much."""
+        """Computes torques, shape (..., num_joints), [N m], as fractions of their limits; above 1 is an overload."""
         loads: Array = np.abs(tau) / self.tau_max
         return loads
 
 
 class Overload(NamedTuple):
-    """Joint with a torque beyond its limit, both in [N m]."""
+    """Joint with a torque beyond its limit; both in [N m]."""
 
     joint: str
     torque: float
@@ -65,16 +65,15 @@ class Overload(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """Finalized plant of an arm that holds a tool, with the handles needed to use it."""
+    """Finalized plant of an arm that holds a tool, with handles to its parts."""
 
     source: Path  # file that describes the arm
-    plant: MultibodyPlant  # continuous plant; its Context carries the tool's inertia as parameters
+    plant: MultibodyPlant  # continuous plant; the tool's inertia is a parameter of its Context
     hand: Frame  # frame H of the hand
     tool: RigidBody  # body T of the tool, welded to H
-    home: Array  # joint angles of the holding posture, shape (num_joints,), [rad]
+    home: Array  # joint angles of the home posture, shape (num_joints,), [rad]
     limits: JointLimits
-    # Joint along which a nail slides, whose position and rate follow the arm's in the plant's state; None without a
-    # nail.
+    # Joint along which a nail slides; its position and rate come after the arm's in the plant's state.
     nail: Joint | None = None
     clamp: Clamp | None = None  # clamp for the hand; None without a clamp
 
@@ -89,23 +88,23 @@ class Arm:
         return [self.plant.get_joint_actuator(index).joint().name() for index in self.plant.GetJointActuatorIndices()]
 
     def shrink_limits(self, margin: float, q_start: Array) -> JointLimits:
-        """Returns the limits, angles narrowed by a margin, [rad], but not beyond the start, (num_joints,)."""
+        """Returns limits with angles narrowed by a margin, [rad], but still including q_start, (num_joints,)."""
         return self.limits._replace(
             q_lower=np.minimum(q_start, self.limits.q_lower + margin),
             q_upper=np.maximum(q_start, self.limits.q_upper - margin),
         )
 
     def find_overloads(self, tau: Array) -> list[Overload]:
-        """Finds the joints with a torque beyond its limit, tau of shape (num_joints,), [N m], from base to hand."""
+        """Lists the joints whose torques tau, (num_joints,), [N m], exceed the limits, from base to hand."""
         found = zip(self.joint_names, np.abs(tau).tolist(), self.limits.tau_max.tolist(), strict=True)
         return [
             Overload(*each) for each, load in zip(found, self.limits.compute_loads(tau), strict=True) if load > 1.0
         ]
 
     def find_posture(self, angles: Mapping[str, float]) -> Array:
-        """Returns the home posture with other angles of some joints, by name, shape (num_joints,), [rad].
+        """Returns the home posture with some joints' angles replaced, by name, shape (num_joints,), [rad].
 
-        A joint that the arm has not, or an angle beyond its limits, raises an AffordanceError.
+        An unknown joint, or an angle beyond its limits, raises an AffordanceError.
         """
         q, names = np.array(self.home), self.joint_names
         for name, angle in angles.items():
@@ -114,12 +113,12 @@ class Arm:
             index = names.index(name)
             low, high = self.limits.q_lower[index], self.limits.q_upper[index]
             if not low <= angle <= high:
-                raise AffordanceError(f"puts {name} at {angle:g} rad, must be from {low:.7g} to {high:.7g} rad")
+                raise AffordanceError(f"sets {name} to {angle:g} rad, must be from {low:.7g} to {high:.7g} rad")
             q[index] = angle
         return q
 
     def set_posture(self, plant_context: Context, q: Array) -> None:
-        """Sets the joint angles q, shape (num_joints,), [rad], and leaves a nail and all rates unchanged."""
+        """Sets the joint angles q, shape (num_joints,), [rad]; the nail and all rates stay unchanged."""
         positions = self.plant.GetPositions(plant_context)
         positions[: self.num_joints] = q
         self.plant.SetPositions(plant_context, positions)
@@ -130,7 +129,7 @@ class Arm:
 
 
 def attach_body(plant: MultibodyPlant, hand: Frame, inertia: SpatialInertia, name: str = "tool") -> RigidBody:
-    """Welds a body of given inertia M_TTo_T to the hand, in a model instance of its own."""
+    """Welds a body with inertia M_TTo_T to the hand, in its own model instance."""
     body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
     plant.WeldFrames(hand, body.body_frame())
     return body

@@ -1,4 +1,4 @@
-"""Internal models of an arm with a believed payload, at an instant and over a control period, and its regressor Y.
+"""Internal models of an arm with a believed payload: instantaneous and over a control period; payload regressor Y.
 
 Torques due to a held tool are linear in its inertial parameters:
 
@@ -18,14 +18,13 @@ from affordance.plant.wrench_regressor import compute_wrench_regressor
 
 
 class ArmModel:
-    """Internal model: an arm with a believed payload, at the state last set.
+    """Internal model of an arm with a believed payload, in the state that was last set.
 
-    Not thread-safe and cheap to create; every owner has an instance of its own, so that no owner sees another's
-    state.
+    It is not thread-safe but cheap to create, so every user should have its own instance.
     """
 
     def __init__(self, arm: Arm) -> None:
-        """Creates a model with an empty hand at the zero state."""
+        """Creates a model with an empty hand, in the zero state."""
         self.arm = arm
         self._plant = arm.plant
         self._context = arm.plant.CreateDefaultContext()
@@ -53,9 +52,9 @@ class ArmModel:
         return self._plant.CalcInverseDynamics(self._context, vdot, self._forces)
 
     def compute_held_torque(self, x: Array, vdot: Array) -> Array:
-        """Computes the torques for joint accelerations at state x, shape (num_joints,), [N m]; the state is changed.
+        """Computes the torques for joint accelerations at state x, shape (num_joints,), [N m]; changes the state.
 
-        A model whose torques are held for a control period overrides this.
+        Models that hold torques for a control period override this.
         """
         self.set_state(x)
         return self.compute_inverse_dynamics(vdot)
@@ -98,9 +97,10 @@ class ArmModel:
 
 
 def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
-    """Computes Y at one state by Drake's kinematics, and sets the model to it.
+    """Computes Y at one state with Drake's kinematics, and sets the model to this state.
 
-    The state x is angles and rates, (2 num_joints,), [rad, rad/s], vdot (num_joints,), [rad/s^2], Y (num_joints, 10).
+    The state x is angles and rates, (2 num_joints,), [rad, rad/s]; vdot is (num_joints,), [rad/s^2], and Y is
+    (num_joints, 10).
     """
     model.set_state(x)
     J = model.compute_hand_jacobian()
@@ -113,27 +113,27 @@ def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
 
 
 class HeldTorqueModel(ArmModel):
-    """Internal model for torques that are held for a control period; its accelerations are means over the period.
+    """Internal model for torques held for a control period; accelerations are means over the period.
 
-    Gravity and gyroscopic terms change as the arm moves; their values at the middle of the period represent all of
-    it. Torques computed at its start would err by half of their change over the period, always in the same direction:
-    in two seconds of reaching, the forearm, whose angle is not controlled, then drifts by 36 degrees
+    Gravity and gyroscopic terms change as the arm moves; they are evaluated at the middle of the period. If they were
+    evaluated at its start, torques would err by half of the terms' change over the period, always in the same
+    direction: in two seconds of reaching, the forearm, whose angle is not controlled, would drift by 36 degrees
     (docs/decisions/0005-controller.md).
 
-    Damping acts throughout the period. Under torques tau held for a period h, with damping D, mass matrix M and all
-    else as at its start, rates change from v to
+    Damping acts throughout the period. If torques tau are held for a period h, with damping D, mass matrix M and
+    everything else as at its start, rates change from v to
 
         v + phi(h M^-1 D) M^-1 (tau - bias - D v) h,    phi(x) = (1 - e^-x) / x
 
-    so that a mean acceleration vdot over the period requires tau = bias + D v + M phi(h M^-1 D)^-1 vdot. Where the
-    ratio of a joint's inertia to its damping is far below the period, as in the wrists of many robot files, which
-    omit the inertia of rotors, torques of the instantaneous equation would move it by a fraction of the plan: it
-    would seem locked. Without damping phi is one, and this is the plain model. Kinematics are those of the plain
-    model.
+    so a mean acceleration vdot over the period requires tau = bias + D v + M phi(h M^-1 D)^-1 vdot. In many robot
+    files, which omit rotor inertias, the ratio of a wrist joint's inertia to its damping is far below the period.
+    Torques from the instantaneous equation would then move the joint by only a fraction of the plan, as if it were
+    locked. Without damping phi is one, and the dynamics are the plain model's. Kinematics are always the plain
+    model's.
     """
 
     def __init__(self, arm: Arm, period: float) -> None:
-        """Stores the arm and the time for which torques are held, [s]."""
+        """Creates a model of the arm that holds torques for a period, [s]."""
         super().__init__(arm)
         actuators = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
         one, half = np.eye(len(actuators)), 0.5 * period
@@ -143,25 +143,25 @@ class HeldTorqueModel(ArmModel):
         self.is_damped = bool(self._damping.any())
 
     def compute_inverse_dynamics(self, vdot: Array) -> Array:
-        """Computes the torques that, held for a control period, give mean accelerations, (num_joints,), [N m]."""
+        """Computes torques, (num_joints,), [N m], that give mean accelerations if held for a control period."""
         if not self.is_damped:
             return super().compute_inverse_dynamics(vdot)
         held: Array = super().compute_inverse_dynamics(np.zeros_like(vdot)) + self.compute_mass_matrix() @ vdot
         return held
 
     def compute_held_torque(self, x: Array, vdot: Array) -> Array:
-        """Computes the torques that, held for a period from state x, give mean accelerations, (num_joints,), [N m].
+        """Computes torques, (num_joints,), [N m], that give mean accelerations if held for a period from state x.
 
         The model is left in the state at the middle of the period.
         """
         self.set_state(self._to_middle @ np.concatenate([x, vdot]))
         tau = self.compute_inverse_dynamics(vdot)
-        if self.is_damped:  # the held mass matrix includes damping of the change of rates
+        if self.is_damped:  # the held mass matrix includes the damping of velocity changes
             tau = tau - 0.5 * self._damping * vdot
         return tau
 
     def compute_mass_matrix(self) -> Array:
-        """Computes held torque per mean acceleration, M phi(h M^-1 D)^-1, (num_joints, num_joints), [kg m^2]."""
+        """Computes the mass matrix for held torques, M phi(h M^-1 D)^-1, (num_joints, num_joints), [kg m^2]."""
         if not self.is_damped:
             return super().compute_mass_matrix()
         L, x, V = self.decompose()
@@ -179,7 +179,7 @@ class HeldTorqueModel(ArmModel):
 
 
 def compute_stiffness(arm: Arm, period: float) -> float:
-    """Computes the control period over the shortest time constant of damping, for the empty arm at home, [1]."""
+    """Computes the ratio of control period to the shortest damping time constant, for the empty arm at home, [1]."""
     model = HeldTorqueModel(arm, period)
     model.set_posture(arm.home)
     return float(model.decompose()[1][-1]) if model.is_damped else 0.0

@@ -1,4 +1,4 @@
-"""Drake plant of a serial chain, for single states some ten times as fast as trajectories of one sample."""
+"""Builds a Drake plant of a serial chain: ten times faster for single states than trajectories of one sample."""
 
 from pathlib import Path
 
@@ -13,7 +13,10 @@ from affordance.plant.serial_chain import SerialChain
 
 
 def build_arm(chain: SerialChain, link_parameters: Array | None = None) -> Arm:
-    """Builds an arm without limits; link parameters, (n, 10), need not be consistent, None for those of the chain."""
+    """Builds an arm without limits from a chain.
+
+    ``link_parameters``, (n, 10), replace the chain's, and need not be physically consistent.
+    """
     plant = MultibodyPlant(0.0)
     instance = plant.AddModelInstance("robot")
     parameters = chain.link_parameters if link_parameters is None else link_parameters

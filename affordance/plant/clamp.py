@@ -1,7 +1,7 @@
-"""Clamp that holds the hand in place until it is released: a stiff spring.
+"""Clamp that holds the hand in place with a stiff spring until it is released.
 
-Drake's bushing pulls the hand H back to a frame fixed in W, with forces against displacement and torques against
-rotation. The pose of that frame, stiffness and damping are parameters of the plant's Context.
+Drake's bushing element pulls the hand H to a frame fixed in W, with forces against displacement and torques against
+rotation. The frame's pose, stiffness and damping are parameters of the plant's Context.
 """
 
 from typing import Any
@@ -16,11 +16,11 @@ from affordance.arrays import Array
 
 # Stiffness of the virtual spring that held people's hands (Cesanek et al. 2021, eLife 10:e71627), [N/m].
 STIFFNESS = 4000.0
-# Critical damping for the effective mass of 2 kg of an outstretched arm with its load at the hand, so that the force
-# settles within a tenth of a second; the settled force does not depend on it, [N s/m].
+# Critical damping for 2 kg, the effective mass at the hand of an outstretched arm with its load, so that the force
+# settles within 0.1 s; the settled force does not depend on it, [N s/m].
 _DAMPING = 180.0
-# Against rotation, the same spring and damper a hand's breadth to either side. The published clamp exerted no moment,
-# and its objects needed none; an object that is held by its end needs something to support the moment, [m^2].
+# Rotation is resisted by the same spring and damper at a hand's breadth to either side. The published clamp exerted
+# no moment, and its objects needed none; an object that is held by its end needs a supporting moment, [m^2].
 _SQUARED_LEVER = 0.1**2
 
 
@@ -38,7 +38,7 @@ class Clamp:
         self._bushing: LinearBushingRollPitchYaw = bushing
 
     def close(self, plant_context: Context) -> None:
-        """Closes the clamp at the hand's present pose."""
+        """Closes the clamp at the hand's current pose."""
         self._anchor.SetPoseInParentFrame(plant_context, self._hand.CalcPoseInWorld(plant_context))
         self._set(plant_context, STIFFNESS, _DAMPING)
 
@@ -48,7 +48,7 @@ class Clamp:
 
     def compute_force(self, plant_context: Context) -> Array:
         """Computes the force of the hand on the clamp, expressed in W, shape (3,), [N]."""
-        force = self._bushing.CalcBushingSpatialForceOnFrameA(plant_context)  # at the anchor, expressed in it
+        force = self._bushing.CalcBushingSpatialForceOnFrameA(plant_context)  # at the anchor, in its frame
         R_WA = self._anchor.CalcRotationMatrixInWorld(plant_context)
         on_clamp: Array = R_WA.matrix() @ force.translational()
         return on_clamp

@@ -1,4 +1,4 @@
-"""Contact of a blow: material of the nail's head and the tool's face, and the tool's surface as modelled for it."""
+"""Contact model of a blow: material of the nail's head and the tool's face, and shape of the tool's surface."""
 
 from typing import NamedTuple
 
@@ -10,26 +10,26 @@ from pydrake.multibody.tree import RigidBody
 
 from affordance.arrays import Array
 
-# Stiffness k_c of the contact between two such surfaces. Under 500 N they approach by half a millimetre, a thirtieth
-# of the nail's travel; the energy stored in the contact lowers the peak by 1.2 %, [N/m].
+# Stiffness k_c of the contact between two such surfaces, [N/m]. Under 500 N they approach by half a millimetre, a
+# thirtieth of the nail's travel; the energy stored in the contact lowers the peak force by 1.2 %.
 CONTACT_STIFFNESS = 1e6
-# Drake combines the stiffnesses of the two surfaces in series, k_c = k_1 k_2 / (k_1 + k_2); a surface without one
-# would get Drake's default, which halves that of the contact, [N/m].
+# Stiffness of each surface, [N/m]. Drake combines the two in series, k_c = k_1 k_2 / (k_1 + k_2). A surface without a
+# stiffness would get Drake's default, which halves the contact's.
 _SURFACE_STIFFNESS = 2.0 * CONTACT_STIFFNESS
-# Dissipation of Hunt and Crossley's model; wood absorbs most of the energy of a contact. For two equally stiff
-# surfaces Drake takes the mean, [s/m].
+# Dissipation in the Hunt-Crossley model, [s/m]: wood absorbs most of the energy of a contact. Drake uses the mean for
+# two equally stiff surfaces.
 DISSIPATION = 1.0
-# Dry skin or wood on metal (Drake's own default is frictionless).
+# Dry skin or wood on metal (Drake's default is frictionless).
 _FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
 # Radius of curvature above which a surface is modelled as flat, [m].
 _FLAT = 1.0
-# Disc that models a flat surface: its radius exceeds the creep of a tip on a nail, its thickness the depth to which a
-# nail could penetrate, [m].
+# Disc that models a flat surface, [m]: its radius exceeds the distance by which a tip creeps on a nail, its thickness
+# the depth to which a nail could penetrate.
 _DISC_RADIUS, _DISC_THICKNESS = 0.03, 0.02
 
 
 def register_surface(plant: MultibodyPlant, body: RigidBody, X_BG: RigidTransform, shape: Shape, name: str) -> None:
-    """Adds a collision geometry G of this material, by its name on body B, to a plant that is not yet finalized."""
+    """Adds a named collision geometry G of this material to body B, in a plant that is not yet finalized."""
     material = ProximityProperties()
     AddContactMaterial(
         dissipation=DISSIPATION, point_stiffness=_SURFACE_STIFFNESS, friction=_FRICTION, properties=material
@@ -38,11 +38,11 @@ def register_surface(plant: MultibodyPlant, body: RigidBody, X_BG: RigidTransfor
 
 
 class ContactFace(NamedTuple):
-    """Surface of a tool near the striking point S: a sphere of the same curvature, or a disc where it is flat.
+    """Surface of a tool near the striking point S: a sphere of the same curvature, or a disc if it is flat.
 
-    Drake computes the contact of a sphere, such as a nail's head, with another sphere or a disc exactly. That with an
-    ellipsoid or a mesh is found iteratively, and its normal is the line between the two centres, so that a tool that
-    strikes anywhere but right below its centre is pushed aside (docs/decisions/0013-nail.md).
+    Drake computes the contact of a sphere, such as a nail's head, with another sphere or a disc exactly. Contact with
+    an ellipsoid or a mesh is computed iteratively, and its normal is the line between the two centres, so a tool that
+    does not strike exactly below its centre would be pushed aside (docs/decisions/0013-nail.md).
     """
 
     p_TS: Array  # position of S in the tool, shape (3,), [m]

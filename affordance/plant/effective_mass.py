@@ -15,12 +15,12 @@ from affordance.plant.serial_chain import build_chain
 class EffectiveMass:
     """Effective mass along the blow in one posture, as a function of the tool's inertial parameters.
 
-    The mass matrix is linear in them: a column of the payload's part is the payload regressor at unit acceleration of
-    one joint, less the regressor at rest.
+    The mass matrix is linear in these parameters. A column of the payload's part is the payload regressor at unit
+    acceleration of one joint, minus the regressor at rest.
     """
 
     def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:
-        """Computes mass matrices of arm and payload, and changes the model's state and payload.
+        """Computes the mass matrices of arm and payload; changes the model's state and payload.
 
         The tool strikes with its point S, p_TS (3,), [m], along a unit vector, (3,), at joint angles q,
         (num_joints,), [rad].
@@ -36,7 +36,7 @@ class EffectiveMass:
         self._M_payload = (Y[1:] - Y[0]).reshape(n * n, NUM_PARAMETERS)
 
     def compute(self, pi: Array) -> Array:
-        """Computes the effective masses of S tools of parameters pi about To, expressed in T, (S, 10); (S,), [kg]."""
+        """Computes effective masses, (S,), [kg], of tools with parameters pi, (S, 10), about To in T."""
         M = self._M_arm + (pi @ self._M_payload.T).reshape(len(pi), *self._M_arm.shape)
         mass: Array = 1.0 / (np.linalg.solve(M, np.tile(self._along, (len(pi), 1))[..., None])[..., 0] @ self._along)
         return mass

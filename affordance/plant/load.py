@@ -1,4 +1,4 @@
-"""Loading of an arm from its directives file, with the tool in its hand, a nail and a clamp."""
+"""Loads an arm from its directives file, optionally with a tool in its hand, a nail and a clamp."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -31,9 +31,10 @@ def add_arm(
     *,
     has_clamp: bool = False,
 ) -> Arm:
-    """Adds ``plant`` and, for shapes, ``scene_graph`` to a builder; an unsuitable arm raises a ModelFileError.
+    """Adds an arm as ``plant`` and, with shapes, ``scene_graph`` to a builder.
 
-    A tool gives shapes and the default inertia; without one the payload has no shape and, initially, no mass.
+    A tool adds shapes and the default inertia; without a tool, the payload has no shape and initially no mass. An
+    unsuitable arm raises a ModelFileError.
     """
     if tool is None and nail is None:
         plant = MultibodyPlant(0.0)
@@ -44,9 +45,9 @@ def add_arm(
 
 
 def load_arm(directives: Path = ARM) -> Arm:
-    """Loads an arm without geometry, for use as an internal model; an unsuitable one raises a ModelFileError.
+    """Loads an arm without geometry, for internal models; an unsuitable arm raises a ModelFileError.
 
-    The same instance is returned as long as the arm's files do not change: users must create Contexts of their own.
+    The same instance is returned as long as the arm's files do not change, so users must create their own Contexts.
     """
     stamps = [(file, file.stat()) for file in list_arm_files(directives)]
     return _load_arm(directives, tuple((file, stamp.st_mtime_ns, stamp.st_size) for file, stamp in stamps))
@@ -54,21 +55,21 @@ def load_arm(directives: Path = ARM) -> Arm:
 
 @lru_cache(maxsize=16)
 def _load_arm(directives: Path, _: tuple[tuple[Path, int, int], ...]) -> Arm:
-    """Loads an arm whose files have the given times and sizes."""
+    """Loads an arm; the cache key includes the times and sizes of its files."""
     return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
 
 
 def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
-    """Adds the arm of a directives file to a plant, and returns the frame H of its hand.
+    """Adds the arm of a directives file to a plant, and returns its hand frame H.
 
-    A file that cannot be loaded, or without a frame for the hand, raises a ModelFileError.
+    A file that cannot be loaded, or has no hand frame, raises a ModelFileError.
     """
     parser = Parser(plant)
-    parser.SetStrictParsing()  # or a mass of nan would quietly become one of 1 kg
+    parser.SetStrictParsing()  # otherwise a mass of nan would silently become 1 kg
     package = directives.parent / "package.xml"
     try:
         if directives.suffix in (".yaml", ".yml"):
-            check_yaml(directives)  # which Drake's reader does not bound
+            check_yaml(directives)  # Drake's reader has no limits
         if package.exists():
             parser.package_map().AddPackageXml(str(package.resolve()))
         parser.AddModels(str(directives))
@@ -80,7 +81,7 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
 
 
 def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str = "tool") -> RigidBody:
-    """Welds a body to the hand, with the tool's inertia and, if the plant has geometry, its appearance."""
+    """Welds the tool to the hand, with its inertia and, if the plant has geometry, its shapes."""
     inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
     body = attach_body(plant, hand, inertia, name)
     if tool is not None and plant.geometry_source_is_registered():
@@ -105,7 +106,7 @@ def _finish_plant(
     clamp = Clamp(plant, hand) if has_clamp else None
     if nail is not None and nail.face is not None:
         nail.face.add_to(plant, body, "tool_face")
-    # The nail is added last, so that the arm's joints come first in the plant's state.
+    # The nail is added last so that the arm's joints come first in the plant's state.
     joint = None if nail is None else add_nail(plant, nail)
     plant.set_contact_model(ContactModel.kPoint)
     plant.Finalize()
@@ -135,7 +136,7 @@ def _finish_plant(
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
-    """Rejects arms whose joints are not revolute, or do not have one actuator each."""
+    """Raises a ModelFileError unless all joints are revolute and have one actuator each."""
     moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # The nail's joint comes last.
     joints = [joint for joint in moving if joint.num_velocities() and joint.velocity_start() < num_joints]
@@ -150,8 +151,8 @@ def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> 
     names = [joint.name() for joint in joints]
     idle = [name for name in names if name not in driven]
     if idle:
-        problem = f"has no actuator for {', '.join(idle)}; in a URDF Drake makes one of every <transmission>"
-        raise ModelFileError(directives, f"{problem}, in an SDF of every joint with an effort limit other than 0")
+        problem = f"has no actuator for {', '.join(idle)}; in a URDF Drake creates one for each <transmission>"
+        raise ModelFileError(directives, f"{problem}, in an SDF for each joint with an effort limit other than 0")
     if not names or len(driven) > len(names):
         raise ModelFileError(
             directives, f"has {len(names)} joints and {len(driven)} actuators, must have one for each"

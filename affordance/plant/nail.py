@@ -1,6 +1,6 @@
-"""Nail driven in Simulation IV: its data, its bodies in a plant, and the resistance of the wood to it.
+"""Nail of Simulation IV: its data, its body in a plant, and the resistance of the wood.
 
-The nail slides along its own axis in a fixed block. Its resistance is a system of its own, for Drake's joints have
+The nail slides along its axis in a fixed block. Its resistance is a separate system because Drake's joints have
 damping but no dry friction. Frames: W the world, N at the top of the head with Nz along the driving direction.
 """
 
@@ -23,27 +23,27 @@ from affordance.files.data_model import DataModel
 from affordance.plant.contact import CONTACT_STIFFNESS, ContactFace, register_surface
 
 # Withdrawal load of a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
-# wood's specific gravity (Wood Handbook FPL-GTR-190, chapter 8); the same skin friction resists it on the way in.
+# wood's specific gravity (Wood Handbook FPL-GTR-190, chapter 8). The same skin friction resists the nail's entry.
 _WITHDRAWAL = 54.12e6
-# Slip speed at which friction has its full value; below it, friction is smoothed. In the 5 ms of a blow the tool
-# creeps by 50 um on the nail; at Drake's default of 1e-3 the integrator's Newton iteration fails where slip turns to
-# stick, and a blow takes up to three times as long (6000 steps instead of 500 were observed), for the same peak to
-# 0.3 %, [m/s].
+# Slip speed above which friction has its full value, [m/s]; below it, friction is smoothed. In the 5 ms of a blow the
+# tool creeps by 50 um on the nail. With Drake's default of 1e-3, the integrator's Newton iteration fails at the
+# transition from slip to stick, and a blow takes up to three times as long (6000 steps instead of 500 were observed);
+# the peak force differs by only 0.3 %.
 STICTION_TOLERANCE = 1e-2
-# Contact force from which a nail counts as touched, [N].
+# Contact force above which a nail counts as touched, [N].
 _TOUCH = 1.0
 # Fraction of its travel after which a nail counts as at rest.
 _ALMOST = 0.999
-# Rate of the nail below which it counts as at rest. Dry friction is a step there, which no integrator of smooth
-# systems can handle; a tanh of this width replaces it, so that a nail at rest creeps by its own weight, 0.3 um per
-# second, [m/s].
+# Rate of the nail below which it counts as at rest, [m/s]. Dry friction is a step there, which integrators for smooth
+# systems cannot handle. A tanh of this width replaces the step, so a nail at rest creeps under its own weight by
+# 0.3 um per second.
 _REST = 1e-3
 _BLOCK = 0.1  # edge of the block that is drawn, [m]
 
 
 @dataclass(frozen=True)
 class Nail:
-    """Nail in wood, and the demand on one blow."""
+    """Nail in wood, and the depth required of one blow."""
 
     diameter: float  # diameter of the shank, [m]
     length: float  # length of the shank, [m]
@@ -51,8 +51,8 @@ class Nail:
     head_radius: float  # radius of the round head, [m]
     wood_specific_gravity: float  # specific gravity of the wood, dimensionless
     depth_set: float  # depth of the nail before the blow, [m]
-    depth_demanded: float  # demanded depth of the nail after the blow, [m]
-    # Resistance independent of depth, instead of skin friction, which grows with depth; None for skin friction, [N].
+    depth_demanded: float  # required depth of the nail after the blow, [m]
+    # Depth-independent resistance, [N]; None for skin friction, which grows with depth.
     yield_force: float | None = None
 
     @property
@@ -68,22 +68,22 @@ class Nail:
 
     @property
     def force_demanded(self) -> float:
-        """Resistance at the demanded depth, [N]."""
+        """Resistance at the required depth, [N]."""
         return float(self.stiffness * self.depth_demanded)
 
     def compute_resistance(self, depth: float) -> float:
-        """Computes the resistance of the moving nail at a depth, [m]; zero once it is pulled out, [N]."""
+        """Computes the resistance, [N], of the moving nail at a depth, [m]; zero once it is pulled out."""
         if self.yield_force is not None:
             return self.yield_force if depth > 0.0 else 0.0
         return self.stiffness * max(0.0, depth)
 
     def compute_tip_speed(self, force: Array, effective_mass: Array) -> Array:
-        """Computes the speed of the tip at the strike that gives a peak of the skin friction, [m/s].
+        """Computes the tip speed at the strike, [m/s], that leads to a given peak of skin friction.
 
         The kinetic energy at the tip equals the work of friction between the two depths plus the energy stored in the
-        contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The few grams of the nail are neglected. A peak, [N],
-        below the resistance at the initial depth needs no speed; masses along the nail, [kg], are of any shape that
-        broadcasts.
+        contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The nail's few grams are neglected. A peak force, [N],
+        below the resistance at the initial depth needs no speed. Effective masses along the nail, [kg], broadcast
+        against forces.
         """
         lost = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2) / self.stiffness
         stored = np.where(lost > 0.0, np.square(force) / CONTACT_STIFFNESS, 0.0)
@@ -92,7 +92,7 @@ class Nail:
 
 
 class NailRecord(NamedTuple):
-    """Record of a nail at each of N steps of the integrator."""
+    """Recorded motion and forces of a nail at N steps of the integrator."""
 
     times: Array  # (N,), [s]
     travel: Array  # distance driven since the nail was set, (N,), [m]
@@ -102,12 +102,12 @@ class NailRecord(NamedTuple):
 
     @property
     def time_of_touch(self) -> float:
-        """Time at which the tool first touched the nail, [s]; the first of the times if it never did."""
+        """Time at which the tool first touched the nail, [s]; the first time if it never did."""
         return float(self.times[np.argmax(self.contact > _TOUCH)])
 
     @property
     def time_of_rest(self) -> float:
-        """Time at which the nail had almost all of its travel, [s]."""
+        """Time at which the nail had completed almost all of its travel, [s]."""
         return float(self.times[np.argmax(self.travel >= _ALMOST * self.travel[-1])])
 
 
@@ -117,17 +117,17 @@ class NailPlacement(NamedTuple):
     nail: Nail
     p_WNo: Array  # position of the highest point of the head, shape (3,), [m]
     direction_W: Array  # direction in which the nail is driven, a unit vector, shape (3,)
-    face: ContactFace | None = None  # surface that strikes the nail; None for none
+    face: ContactFace | None = None  # surface that strikes the nail, if any
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Hashable key of all of the placement's values."""
+        """Hashable key of all the placement's values."""
         face = () if self.face is None else (self.face.p_TS.tobytes(), self.face.normal_T.tobytes(), self.face.radius)
         return (self.nail, self.p_WNo.tobytes(), self.direction_W.tobytes(), *face)
 
 
 class NailEntry(DataModel):
-    """Nail as given in a file."""
+    """Entry of a nail in a file."""
 
     diameter: Annotated[float, Within(5e-4, 0.02), Field(description="Diameter of the shank, [m].")]
     length: Annotated[float, Within(5e-3, 0.3), Field(description="Length of the nail, [m].")]
@@ -141,7 +141,7 @@ class NailEntry(DataModel):
 
     @model_validator(mode="after")
     def check_depths(self) -> Self:
-        """Refuses a nail that is deeper than it is long, or that would be pulled out."""
+        """Raises an error for a nail that is deeper than it is long, or that would be pulled out."""
         Within(1e-4, self.length).check(self.depth_set, "depth_set")
         Within(self.depth_set, self.length).check(self.depth_demanded, "depth_demanded")
         return self
@@ -152,9 +152,9 @@ class NailEntry(DataModel):
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant not yet finalized; its joint's position is the distance driven since it was set.
+    """Adds a nail to a plant that is not yet finalized; its joint's position is the driven distance.
 
-    Body, joint and model instance have the name.
+    Body, joint and model instance get the same name.
     """
     nail = placement.nail
     # Frame N: at the top of the head, Nz along the driving direction.
@@ -179,10 +179,10 @@ def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail"
 
 
 class NailResistance(SampledSystem):
-    """Dry friction of the wood: opposes motion, without rebound, with a magnitude that depends on the nail's depth.
+    """Dry friction of the wood, which opposes motion without rebound and depends on the nail's depth.
 
     Input ports:
-        state: Distance that the nail was driven since it was set, and its rate, (2,), [m, m/s].
+        state: Distance by which the nail has been driven, and its rate, (2,), [m, m/s].
 
     Output ports:
         force: Force on the nail along the driving direction, and zeros for the plant's other velocities,

@@ -1,9 +1,9 @@
-"""Distance of an arm from postures in which a point of its tool cannot move in every direction.
+"""Mobility of a point of the tool: how far an arm is from postures in which the point cannot move in all directions.
 
-The measure is the least singular value of the point's translational Jacobian Jv_v_WQ: the motion of the point per
-radian of the joints, in the direction in which it moves least. It is zero in an outstretched arm, along the arm.
-There the joint motion that moves the point depends on the point's position without bound, and no choice computed from
-it can be trusted.
+Mobility is the least singular value of the point's translational Jacobian Jv_v_WQ: the motion of the point per radian
+of joint motion, in the direction in which it moves least. It is zero in the direction of an outstretched arm. Close
+to such a posture, the required joint motion depends on the point's position without bound, and results computed from
+it cannot be trusted.
 """
 
 import numpy as np
@@ -11,26 +11,26 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.plant.arm_model import ArmModel
 
-# Least admissible mobility. Least rates damped by 0.01 m (control.path_following) then miss 4 % of the demanded
-# velocity in that direction, 0.01^2 / (0.05^2 + 0.01^2), [m/rad].
+# Least admissible mobility, [m/rad]. Damped least squares with 0.01 m (control.path_following) then misses 4 % of the
+# demanded velocity in that direction: 0.01^2 / (0.05^2 + 0.01^2).
 MIN_MOBILITY = 0.05
-# Angle by which joints are bent to find which of them leads away from rank loss, [rad].
+# Angle by which each joint is bent to find the one that raises mobility most, [rad].
 _BEND = 0.1
 
 
 def compute_mobility(model: ArmModel, q: Array, p_TQ: Array) -> float:
-    """Computes the least singular value of the Jacobian of a point Q of the tool, [m/rad], and sets the model to q.
+    """Computes the mobility of a point Q of the tool, [m/rad], and sets the model to posture q.
 
-    The angles q are (num_joints,), [rad]; the point's place p_TQ in the tool is (3,), [m].
+    The angles q are (num_joints,), [rad]; the point's position p_TQ in the tool is (3,), [m].
     """
     model.set_posture(q)
     return float(np.linalg.svd(model.compute_point_jacobian(p_TQ), compute_uv=False)[-1])
 
 
 def describe_rank_loss(model: ArmModel, q: Array, p_TQ: Array) -> str:
-    """Describes how a posture is too close to rank loss, and which joint leads away; empty if it is not.
+    """Describes why a posture is too close to a singularity, and which joint to bend; empty if it is not.
 
-    Arguments as for ``compute_mobility``.
+    Arguments are those of ``compute_mobility``.
     """
     mobility = compute_mobility(model, q, p_TQ)
     if mobility >= MIN_MOBILITY:

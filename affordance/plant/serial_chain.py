@@ -1,7 +1,7 @@
-"""Serial arm with named joints and links: kinematics and torques along whole trajectories, in NumPy.
+"""Serial arm with named joints and links: kinematics and dynamics of whole trajectories, in NumPy.
 
-Drake computes one state per call; figures, heights, regressors and identification need hundreds. The constants are
-read once from a Drake plant. Frames: W the world, or the base of a robot; F a joint's frame on its parent, M its
+Drake computes one state per call, but figures, heights, regressors and identification need hundreds. All constants
+are read from a Drake plant. Frames: W the world, or the base of a robot; F a joint's frame on its parent, M its
 moving frame; T the end of the chain, which is the tool, or the tip to which a payload is fixed.
 """
 
@@ -24,7 +24,8 @@ from affordance.plant.arm import Arm
 from affordance.plant.wrench_regressor import compute_wrench_regressor
 
 _ALL = np.eye(NUM_PARAMETERS)
-# Steps in which numbers of an arm are compared, and where their edges lie: not at decimals, as files have them.
+# Numbers of an arm are rounded to these steps for its fingerprint. The offset keeps the edges between steps away from
+# decimal numbers, which files contain.
 _FINGERPRINT_STEP, _FINGERPRINT_EDGE = 1e-6, 1.0 / np.pi
 
 
@@ -40,7 +41,7 @@ class ChainMotion(NamedTuple):
 
 
 class ChainDynamics(NamedTuple):
-    """Motion of T along a trajectory of N samples, and torques of the arm and of a payload at T."""
+    """Torques of the arm, and payload regressors at T, along a trajectory of N samples."""
 
     motion: ChainMotion
     arm_torques: Array  # torques of the arm alone, shape (N, num_joints), [N m]
@@ -48,7 +49,7 @@ class ChainDynamics(NamedTuple):
 
 
 class _LinkMotion(NamedTuple):
-    """Motion of a link's frame M, and what its Jacobian is made of: axes and origins of the joints up to it."""
+    """Motion of a link's frame M, with axes and origins of the joints up to it, from which its Jacobian follows."""
 
     R: Array  # (N, 3, 3)
     p: Array  # (N, 3)
@@ -77,22 +78,22 @@ class SerialChain:
     source: str  # file of the robot, for messages
     joint_names: tuple[str, ...]  # names of the joints from base to tip
     tip: str  # name of the frame T
-    # Rotation of each joint's frame F, fixed to the parent, relative to the previous joint's moving frame (to W for
-    # the first), shape (num_joints, 3, 3).
+    # Rotation of each joint's frame F, which is fixed to the parent, in the previous joint's moving frame (W for the
+    # first), shape (num_joints, 3, 3).
     R_PF: Array
-    p_PF: Array  # position of each joint's frame F relative to the same frame as R_PF, shape (num_joints, 3), [m]
+    p_PF: Array  # position of each joint's frame F in the same frame as R_PF, shape (num_joints, 3), [m]
     axes: Array  # joint axes expressed in F, shape (num_joints, 3)
     R_MT: Array  # rotation of T in the last joint's moving frame, shape (3, 3)
     p_MT: Array  # position of T in the last joint's moving frame, shape (3,), [m]
     gravity_W: Array  # gravitational acceleration in W, shape (3,), [m/s^2]
-    # Ten inertial parameters of each link about its joint's moving frame M, expressed in M, shape (num_joints, 10);
-    # everything fixed to a link is part of it, but for the tool.
+    # Ten inertial parameters of each link about the origin of its joint's moving frame M, expressed in M, shape
+    # (num_joints, 10). Everything fixed to a link is part of it, except the tool.
     link_parameters: Array
-    # Least and largest angle of each joint by the file, shape (2, num_joints), [rad]; infinite without any.
+    # Position limits of the joints in the file, shape (2, num_joints), [rad]; infinite if there are none.
     limits: Array
-    # Velocity limit of each joint by the file, shape (num_joints,), [rad/s]; infinite without any.
+    # Velocity limits of the joints in the file, shape (num_joints,), [rad/s]; infinite if there are none.
     velocity_limits: Array
-    # Acceleration limit of each joint by the file, shape (num_joints,), [rad/s^2]; infinite without any.
+    # Acceleration limits of the joints in the file, shape (num_joints,), [rad/s^2]; infinite if there are none.
     acceleration_limits: Array
 
     def __repr__(self) -> str:
@@ -105,14 +106,14 @@ class SerialChain:
 
     @property
     def fingerprint(self) -> str:
-        """Text by which the arm is recognised, whatever the name of its file, its mounting and its tip."""
+        """Text that identifies the arm independently of its file's name, its mounting and its tip."""
         digest = hashlib.sha256(" ".join(self.joint_names).encode())
         for part in (self.R_PF, self.p_PF, self.axes, self.link_parameters):
             digest.update(np.floor(part / _FINGERPRINT_STEP + _FINGERPRINT_EDGE).astype(np.int64).tobytes())
         return digest.hexdigest()[:12]
 
     def with_gravity(self, gravity_W: Sequence[float] | Array) -> "SerialChain":
-        """Returns the arm in another mounting, with gravity_W in its base frame, shape (3,), [m/s^2]."""
+        """Returns the arm mounted with another gravity vector in its base frame, shape (3,), [m/s^2]."""
         return replace(self, gravity_W=np.array(gravity_W, dtype=float))
 
     def compute_motion(self, q: Array, v: Array, vdot: Array) -> ChainMotion:
@@ -121,7 +122,7 @@ class SerialChain:
         return self._move_to_tip(last.build())
 
     def compute_dynamics(self, q: Array, v: Array, vdot: Array) -> ChainDynamics:
-        """Computes motion, torques of the arm and payload regressors in one recursion along the arm."""
+        """Computes torques of the arm and payload regressors in a single recursion along the arm."""
         torques = np.zeros_like(q)
         for link, motion in enumerate(self.compute_link_motions(q, v, vdot)):
             self._add_torques(torques, link, motion)
@@ -129,14 +130,14 @@ class SerialChain:
         return ChainDynamics(at_tip, torques, self._compute_regressors(at_tip))
 
     def _move_to_tip(self, last: ChainMotion) -> ChainMotion:
-        """Returns the motion of T by that of the last link."""
+        """Computes the motion of T from the motion of the last link."""
         p, a = _step_along(*last[:5], self.p_MT)
         J = np.array(last.Jv_V_WT)
         J[:, 3:] += cross(J[:, :3].transpose(0, 2, 1), (p - last.p_WT)[:, None]).transpose(0, 2, 1)
         return last._replace(R_WT=last.R_WT @ self.R_MT, p_WT=p, a_WT=a, Jv_V_WT=J)
 
     def compute_link_motions(self, q: Array, v: Array, vdot: Array) -> Iterator[ChainMotion]:
-        """Computes the motion of each link's frame M, the Jacobian by the joints up to it."""
+        """Computes the motion of each link's frame M, with its Jacobian with respect to the joints up to it."""
         for link in self._follow_links(q, v, vdot):
             yield link.build()
 
@@ -159,7 +160,7 @@ class SerialChain:
             yield _LinkMotion(R, p, w, alpha, a, axes_W[: j + 1], origins_W[: j + 1])
 
     def compute_positions(self, q: Array, p_TQ: Array) -> Array:
-        """Computes the positions in W of a point Q fixed to T, p_TQ of shape (3,), [m]; shape (N, 3), [m]."""
+        """Computes the positions in W, (N, 3), [m], of a point Q fixed to T at p_TQ, (3,), [m]."""
         R = np.broadcast_to(np.eye(3), (len(q), 3, 3))
         p = np.zeros((len(q), 3))
         for j in range(self.num_joints):
@@ -172,7 +173,7 @@ class SerialChain:
         return self._compute_regressors(self.compute_motion(q, v, vdot))
 
     def compute_wrench_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes W along a trajectory, [n; f] = W pi, moment about To first, in T; shape (N, 6, 10)."""
+        """Computes W along a trajectory, (N, 6, 10), with [n; f] = W pi, moment about To first, in T."""
         return self._compute_wrench(self.compute_motion(q, v, vdot))
 
     def compute_link_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
@@ -190,12 +191,12 @@ class SerialChain:
         return torques
 
     def _add_torques(self, torques: Array, link: int, motion: ChainMotion) -> None:
-        """Adds the torques of a link to those of the joints up to it."""
+        """Adds the torques that a link causes to the joints up to it."""
         column = self.link_parameters[link, :, None]
         torques[:, : link + 1] += self._compute_regressors(motion, column)[..., 0]
 
     def _compute_regressors(self, motion: ChainMotion, columns: Array = _ALL) -> Array:
-        """Computes Y of a body at a moving frame, times a matrix of columns, shape (10, K); shape (N, joints, K)."""
+        """Computes Y of a body at a moving frame, times ``columns``, (10, K); the result is (N, joints, K)."""
         wrench = self._compute_wrench(motion) @ columns
         wrench_W = motion.R_WT[:, None] @ wrench.reshape(len(wrench), 2, 3, -1)
         Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(len(wrench), 6, -1)
@@ -208,7 +209,7 @@ class SerialChain:
 
 @runtime_checkable
 class ArmOwner(Protocol):
-    """Robot that has an arm, such as a ``Robot``."""
+    """Any object with an arm, such as a ``Robot``."""
 
     @property
     def directives(self) -> Path:
@@ -221,7 +222,7 @@ class ArmOwner(Protocol):
 
 @functools.lru_cache(maxsize=4)
 def build_chain(arm: Arm) -> SerialChain:
-    """Reads the chain from W to the tool; joints that do not turn, or branch, raise a ModelFileError."""
+    """Builds the chain from W to the tool; joints that are not revolute, or branch, raise a ModelFileError."""
     plant = arm.plant
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(arm.num_joints))
@@ -229,26 +230,26 @@ def build_chain(arm: Arm) -> SerialChain:
     moving = sorted((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start)
     revolute = [joint for joint in moving if isinstance(joint, RevoluteJoint)]
     if others := [joint.name() for joint in moving if not isinstance(joint, RevoluteJoint)]:
-        raise ModelFileError(arm.source, f"has joint {others[0]}, which is not revolute as all must be")
+        raise ModelFileError(arm.source, f"has joint {others[0]}, which is not revolute, as all joints must be")
     moved = [set(plant.GetBodiesKinematicallyAffectedBy([joint.index()])) for joint in revolute]
     groups = [own - beyond for own, beyond in zip(moved, [*moved[1:], {arm.tool.index()}], strict=True)]
     tip = arm.tool.body_frame()
     chain = read_chain(arm.source, plant, context, plant.world_frame(), revolute, tip, arm.tool.name(), groups)
-    # Refuses plants whose joints branch: the chain's position of a point of the tool would then be wrong.
+    # Detects branching joints, for which the chain computes a wrong position of a point of the tool.
     p_TQ = np.array([0.1, 0.2, 0.3])
     q = np.linspace(0.1, 1.0, arm.num_joints)
     plant.SetPositions(context, q)
     p_WQ = tip.CalcPoseInWorld(context) @ p_TQ
     if not np.allclose(chain.compute_positions(q[None], p_TQ)[0], p_WQ, rtol=0.0, atol=1e-9):
-        raise ModelFileError(arm.source, "has joints that do not lie one after the other from base to hand")
+        raise ModelFileError(arm.source, "has joints that are not in series from base to hand")
     return chain
 
 
 def recognise_arm(arm: Arm) -> str:
-    """Computes the fingerprint that the arm, with its stand, has in its robot's file, wherever it is mounted."""
+    """Computes the fingerprint that an arm on a stand has in its robot's file, independent of the mounting."""
     chain, plant = build_chain(arm), arm.plant
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    # By index: bodies of a stand and of the arm may have one name.
+    # By index, because bodies of the stand and the arm may have the same name.
     above = {joint.child_body().index(): joint.parent_body() for joint in joints}
     root = min((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start).parent_body()
     while (below := above.get(root.index())) is not None and below.index() != plant.world_body().index():
@@ -270,7 +271,10 @@ def read_chain(
     tip_name: str,
     bodies: Sequence[set[BodyIndex]],
 ) -> SerialChain:
-    """Reads a chain of joints from a frame to a tip, in a context with the joints at zero; bodies by their joint."""
+    """Reads a chain of joints from a frame to a tip; the context has all joints at zero.
+
+    ``bodies`` are the bodies that move with each joint.
+    """
     poses = []
     for joint in joints:
         poses.append(joint.frame_on_parent().CalcPose(context, start))
@@ -296,13 +300,13 @@ def read_chain(
         gravity_W=plant.gravity_field().gravity_vector(),
         link_parameters=parameters,
         limits=np.array([[joint.position_lower_limits()[0], joint.position_upper_limits()[0]] for joint in joints]).T,
-        velocity_limits=np.where(speeds > 0.0, speeds, np.inf),  # some files have 0 where none is known
+        velocity_limits=np.where(speeds > 0.0, speeds, np.inf),  # some files have 0 for an unknown limit
         acceleration_limits=np.where(accelerations > 0.0, accelerations, np.inf),
     )
 
 
 def _step_along(R: Array, p: Array, w: Array, alpha: Array, a: Array, offset: Array) -> tuple[Array, Array]:
-    """Computes position and acceleration of a point at a fixed offset on the same body."""
+    """Computes position and acceleration of a point of the same body at a fixed offset."""
     if not offset.any():
         return p, a
     r = R @ offset
@@ -310,7 +314,7 @@ def _step_along(R: Array, p: Array, w: Array, alpha: Array, a: Array, offset: Ar
 
 
 def _rotation_about(axis: Array, angles: Array) -> Array:
-    """Computes rotation matrices about a fixed unit axis by N angles (Rodrigues), shape (N, 3, 3)."""
+    """Computes rotation matrices, (N, 3, 3), for N angles about a fixed unit axis (Rodrigues)."""
     K, K2 = _build_generator(*axis.tolist())
     R: Array = np.eye(3) + np.sin(angles)[:, None, None] * K + (1.0 - np.cos(angles))[:, None, None] * K2
     return R
@@ -318,7 +322,7 @@ def _rotation_about(axis: Array, angles: Array) -> Array:
 
 @functools.lru_cache(maxsize=64)
 def _build_generator(x: float, y: float, z: float) -> tuple[Array, Array]:
-    """Builds the matrix of the cross product with an axis, and its square, (3, 3) each."""
+    """Builds the cross-product matrix of an axis, and its square, (3, 3) each."""
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return K, K @ K
 

@@ -1,8 +1,8 @@
-"""Wrench regressor: the wrench on a held body, and its joint torques, are linear in its inertial parameters.
+"""Wrench regressor: the wrench on a held body is linear in its inertial parameters, and so are joint torques.
 
-By the Newton-Euler equations of the tool about To (Atkeson, An & Hollerbach 1986, Int. J. Robotics Research 5:101,
-from memory), with a the acceleration of To less gravity, alpha and w the tool's angular acceleration and velocity,
-all expressed in T:
+The Newton-Euler equations of the tool about To are (Atkeson, An & Hollerbach 1986, Int. J. Robotics Research 5:101,
+from memory), with a the acceleration of To minus gravity, and alpha and w the tool's angular acceleration and
+velocity, all expressed in T:
 
     f = m a + alpha x (m p) + w x (w x (m p)),    n = (m p) x a + I alpha + w x I w
 
@@ -16,7 +16,7 @@ from affordance.objects.inertia import NUM_PARAMETERS
 
 
 def compute_wrench_regressor(motion: Array) -> Array:
-    """Computes W with [n; f] = W pi from the rows a, alpha and w, (..., 3, 3), all in T; shape (..., 6, 10)."""
+    """Computes W, (..., 6, 10), with [n; f] = W pi, from the rows a, alpha and w, (..., 3, 3), all in T."""
     w = motion[..., 2, :]
     linear = np.concatenate([motion[..., 0, :], motion[..., 1, :], w[..., _FIRST] * w[..., _SECOND]], axis=-1)
     W: Array = (linear @ _WRENCH_MAP).reshape(*motion.shape[:-2], 6, NUM_PARAMETERS)
@@ -24,7 +24,7 @@ def compute_wrench_regressor(motion: Array) -> Array:
 
 
 def _build_wrench_regressor(linear: Array) -> Array:
-    """Builds W from a, alpha and the products wx wx, wy wy, wz wz, wx wy, wx wz, wy wz, in which it is linear."""
+    """Builds W, which is linear in a, alpha and the products wx wx, wy wy, wz wz, wx wy, wx wz, wy wz."""
     ax, ay, az, bx, by, bz, xx, yy, zz, xy, xz, yz = linear
     W = np.zeros((6, NUM_PARAMETERS))
     # Moment n: h x a with h = m p, then I alpha + w x (I w) in the order Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
@@ -37,7 +37,7 @@ def _build_wrench_regressor(linear: Array) -> Array:
     return W
 
 
-# Pairs of indices of the products of the components of w, in the order above.
+# Index pairs of the products of w's components, in the order above.
 _FIRST, _SECOND = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])
 # W is linear in twelve numbers: one matrix product builds it for any number of samples, (12, 60).
 _WRENCH_MAP = np.array([_build_wrench_regressor(unit).ravel() for unit in np.eye(12)])

@@ -1,1 +1,1 @@
-"""Import of arms from robot files: a lenient reader, and a writer of clean arms that strict parsing accepts."""
+"""Import of arms from robot files: reads leniently, writes clean arms that strict parsers accept."""

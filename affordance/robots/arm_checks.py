@@ -1,4 +1,4 @@
-"""Checks of an arm in a robot's file: all that is wrong with links and joints, in one message with ways out."""
+"""Checks of an arm's links and joints: one message reports all faults and the options that fix them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -12,8 +12,8 @@ from affordance.robots.chain import FEWEST_JOINTS, Chain
 from affordance.robots.description import JointNotes
 from affordance.robots.tree import RobotTree
 
-# Share of the arm's mass, and of its largest moment of inertia about its base, below which an impossible inertia of a
-# part hardly matters: a hundredth of what the motors move.
+# An impossible inertia of a link is negligible if the link has less than this fraction of the arm's mass, and of the
+# arm's largest moment of inertia about its base: 1 % of what the motors move.
 _HARDLY = 0.01
 
 
@@ -21,13 +21,13 @@ class _Fault(NamedTuple):
     element: str  # ``joint`` or ``link``
     name: str
     problem: str
-    way_out: str = ""  # options that settle it; empty for none
+    way_out: str = ""  # options that fix it; empty if there are none
 
 
 class JointLimits(NamedTuple):
-    """Limits of a joint: those that were given, otherwise the file's; None for no torque limit."""
+    """Limits of a joint: the user's where given, otherwise the file's."""
 
-    effort: float | None  # [N m]
+    effort: float | None  # torque limit, [N m]; None if there is none
     velocity: float  # [rad/s]
     damping: float  # [N m s/rad]
     rotor_inertia: float  # [kg m^2]
@@ -40,7 +40,10 @@ def find_limits(
     *,
     has_damping: bool,
 ) -> JointLimits:
-    """Finds the limits of a joint; given ones replace the file's, by kind and joint (empty for every joint)."""
+    """Combines a joint's limits from the file with the user's, which take precedence.
+
+    ``given`` maps the kind of limit to values by joint name; the empty name applies to every joint.
+    """
     name = joint.name()
 
     def find(kind: str) -> float | None:
@@ -67,17 +70,18 @@ def check_arm(
     mends: bool = False,
     carries: bool = False,
 ) -> tuple[str, ...]:
-    """Checks the links that move with an arm, and its joints if their limits are known; lists the mended links.
+    """Checks the moving links of an arm, and its joints if limits are given; returns names of corrected links.
 
-    Impossible inertias are mended where they hardly matter, or all of them if ``mends`` is set. Links whose weight
-    the simulator carries are accepted if ``carries`` is set. Anything else raises one BadValueError.
+    A negligible inertia that no solid can have is replaced by the nearest possible one; with ``mends``, any such
+    inertia is. With ``carries``, links whose weight the simulator compensates (gravcomp) are accepted. All other
+    faults raise a single BadValueError.
     """
     bodies = [body for group in groups for body in group]
     heavy = [body for body in bodies if tree.key(body) in tree.description.mended and not mends]
     heavy = [body for body in heavy if _matters(tree, chain, context, bodies, body)]
     faults = [*_list_link_faults(tree, bodies, heavy, carries=carries)]
     if not faults and not sum(body.default_mass() for body in bodies) > 0.0:
-        another = "another file of the robot, as simulators have it, may have them"
+        another = "another file of this robot, such as one for a simulator, may have them"
         faults.append(_Fault("", "", "has no mass for any link of the arm, must have inertias (<inertial>)", another))
     if limits is not None:
         faults += [fault for joint in chain.joints for fault in _list_joint_faults(tree, chain, joint, limits)]
@@ -87,7 +91,7 @@ def check_arm(
 
 
 def _matters(tree: RobotTree, chain: Chain, context: Context, bodies: Sequence[RigidBody], body: RigidBody) -> bool:
-    """Returns True if an impossible inertia is a notable share of the arm's."""
+    """Returns True if an impossible inertia of one link is too large a part of the arm's to be negligible."""
     written = tree.description.mended[tree.key(body)][1]
     solid = [each.index() for each in bodies if each.default_mass() > 0.0]
     if not solid:
@@ -95,7 +99,7 @@ def _matters(tree: RobotTree, chain: Chain, context: Context, bodies: Sequence[R
     total = tree.plant.CalcSpatialInertia(context, chain.base.body_frame(), solid)
     largest = float(total.CalcRotationalInertia().get_moments().max())
     return (
-        not 0.0 < written.mass <= _HARDLY * float(total.get_mass())  # what has no mass may have any
+        not 0.0 < written.mass <= _HARDLY * float(total.get_mass())  # a link without a mass may have any mass
         or float(np.abs(written.moments).max()) > _HARDLY * largest
     )
 
@@ -108,14 +112,14 @@ def _list_link_faults(
             yield _Fault("link", body.name(), f"{fault}; it is part of the arm")
     for body in heavy:
         fault, written = tree.description.mended[tree.key(body)]
-        way_out = "--mend-inertia of import-arm takes the nearest possible one"
+        way_out = "--mend-inertia of import-arm uses the nearest possible one"
         if written.mass <= 0.0:
-            way_out = "--mend-inertia of import-arm takes it as massless"
+            way_out = "--mend-inertia of import-arm treats it as massless"
         yield _Fault("link", body.name(), f"{fault}; it is part of the arm", way_out)
     for body in bodies if not carries else ():
         if share := tree.description.carried.get(tree.key(body)):
-            problem = f"has a gravcomp of {share:g}, by which MuJoCo carries its weight, must be left to the motors"
-            yield _Fault("link", body.name(), problem, "--gravcomp none does so")
+            problem = f"has a gravcomp of {share:g}: MuJoCo carries its weight, but the motors must carry it"
+            yield _Fault("link", body.name(), problem, "--gravcomp none ignores gravcomp")
 
 
 def _list_joint_faults(
@@ -129,9 +133,9 @@ def _list_joint_faults(
     if not low < high:
         yield _Fault("joint", name, f"has position limits from {low:g} to {high:g} rad, must be a range")
     if of_joint.effort is None or not of_joint.effort > 0.0:
-        found = "has no limit of torque (effort), must have one of more than 0 N m"
+        found = "has no torque limit (effort), must have one of more than 0 N m"
         if of_joint.effort is not None:
-            found = f"has a limit of torque (effort) of {of_joint.effort:g} N m, must be more than 0"
+            found = f"has a torque limit (effort) of {of_joint.effort:g} N m, must be more than 0"
         lacking = [k for k, each in enumerate(chain.joints) if not (limits[each.name()].effort or 0.0) > 0.0]
         yield _Fault("joint", name, found, _suggest("--effort", "limits (N m)", chain, lacking))
     if not of_joint.velocity > 0.0:
@@ -140,25 +144,25 @@ def _list_joint_faults(
         yield _Fault("joint", name, found, _suggest("--velocity", "limits (rad/s)", chain, slow))
     if of_joint.damping < 0.0:
         found = f"has a damping of {of_joint.damping:g} N m s/rad, must be at least 0"
-        yield _Fault("joint", name, found, "--damping none leaves damping out")
+        yield _Fault("joint", name, found, "--damping none omits damping")
     if of_joint.rotor_inertia < 0.0:
         found = f"has a rotor inertia of {of_joint.rotor_inertia:g} kg m^2, must be at least 0"
-        yield _Fault("joint", name, found, f"--rotor-inertia {name}=VALUE gives it (kg m^2)")
+        yield _Fault("joint", name, found, f"--rotor-inertia {name}=VALUE sets it (kg m^2)")
 
 
 def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> str:
-    """Suggests options that make up for missing limits of some joints, by their places on the chain."""
+    """Suggests options that supply missing limits; ``lacking`` are the joints' places on the chain."""
     names = [f"{chain.joints[k].name()}=VALUE" for k in lacking]
     given = "VALUE" if len(lacking) == len(chain.joints) else " ".join(names)
-    ways = f"{option} {given} gives {unit}"
+    ways = f"{option} {given} sets {unit}"
     below = len(chain.joints) - len(lacking)
     if list(lacking) == list(range(len(lacking))) and below >= FEWEST_JOINTS:
-        ways += f", --base {chain.joints[lacking[-1]].child_body().name()} leaves out what lies below"
+        ways += f", --base {chain.joints[lacking[-1]].child_body().name()} leaves out the joints below it"
     return ways
 
 
 def _describe(tree: RobotTree, faults: Sequence[_Fault]) -> BadValueError:
-    """Describes faults in one message: those of a kind together, each kind with the options that settle it."""
+    """Describes all faults in one message, grouped by kind, each kind with the options that fix it."""
     kinds: dict[tuple[str, str, str], list[str]] = {}
     for fault in faults:
         kinds.setdefault((fault.element, fault.problem, fault.way_out), []).append(fault.name)

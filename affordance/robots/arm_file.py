@@ -1,4 +1,4 @@
-"""Writing an arm as an SDF, and its base pose and home posture as Drake model directives."""
+"""Writes an arm as SDF, and its base pose and home posture as Drake model directives."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -15,9 +15,9 @@ from affordance.robots.description import MOMENTS, SHAPES, Inertial, Visual
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
 
 BASE = "base"
-# Names that a joint of a written arm must not have: those of its hand, and of the world.
+# Names that a joint of a written arm must not have: the hand frame's and the world's.
 RESERVED = (HAND_FRAME, "world")
-# The base is fixed to the world, so its inertia has no effect; Drake requires one nevertheless.
+# The base is fixed to the world, so its inertia has no effect, but Drake requires one.
 _BASE_INERTIAL = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, (0.01, 0.01, 0.01, 0.0, 0.0, 0.0))
 _FILTERS: dict[str, Callable[..., str]] = {
     "text": escape,
@@ -27,7 +27,13 @@ _FILTERS: dict[str, Callable[..., str]] = {
 
 
 def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: str) -> str:
-    """Writes an arm as an SDF that strict parsing accepts, with shapes by link or ``base``, and its source."""
+    """Formats an arm as SDF that strict parsers accept.
+
+    Args:
+        arm: Arm to write.
+        visuals: Shapes by name of the link, or ``base``.
+        source: Robot file and tip, named in a comment.
+    """
     parts: list[tuple[Any, ...]] = [(name_base(arm), "", None, _BASE_INERTIAL, (), visuals.get(BASE, ()))]
     for name, link in zip(name_links(arm), arm.links, strict=True):
         pose = sum(describe_pose(link.X_PL), ())
@@ -35,7 +41,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
     frames = {HAND_FRAME: sum(describe_pose(arm.X_LH), ())}
     tip = name_tip(arm)
     if tip not in (*RESERVED, *(part[0] for part in parts)) and "::" not in tip:
-        frames[tip] = sum(describe_pose(arm.X_LT), ())  # so that it can be the tip of a recording too
+        frames[tip] = sum(describe_pose(arm.X_LT), ())  # so that it can also be the tip of a recording
     return render_template(
         "affordance.robots",
         "arm.sdf.j2",
@@ -50,13 +56,13 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
 
 
 def write_directives(arm: ReducedArm, home: Array) -> str:
-    """Writes the directives that load the arm, hold it in a posture, [rad], and weld its base to the world."""
+    """Formats directives that load the arm in its home posture, [rad], and weld its base to the world."""
     pairs = zip(arm.joint_names, home.tolist(), strict=True)
     angles = "\n".join(f"        {json.dumps(name, ensure_ascii=False)}: [{angle!r}]" for name, angle in pairs)
     (x, y, z), rpy = describe_pose(arm.X_WB)
     turned = f"\n        rotation: !Rpy {{deg: {[float(angle) for angle in np.degrees(rpy)]}}}" if any(rpy) else ""
     return (
-        "# Where the imported arm stands and how it holds objects; see report.txt in this folder.\n"
+        "# Base pose and home posture of the imported arm; see report.txt in this folder.\n"
         "directives:\n"
         "  - add_model:\n"
         "      name: arm\n"
@@ -72,17 +78,17 @@ def write_directives(arm: ReducedArm, home: Array) -> str:
 
 
 def name_base(arm: ReducedArm) -> str:
-    """Returns the name of the written base, which no joint has: an SDF has one name for one thing."""
+    """Returns a name for the written base that no joint has, because names in an SDF must be unique."""
     return _find_unused(BASE, arm.joint_names)
 
 
 def name_tip(arm: ReducedArm) -> str:
-    """Returns the name of the written frame of the tip: that of the file, changed where a joint has it."""
+    """Returns a name for the written tip frame: the file's, or a variant of it if a joint has that name."""
     return _find_unused(arm.options.tip, arm.joint_names)
 
 
 def name_links(arm: ReducedArm) -> list[str]:
-    """Lists the names of the written links: those of the file, changed where they clash with another name."""
+    """Lists the names of the written links: the file's, changed where they clash with another name."""
     taken = [*RESERVED, name_base(arm), *arm.joint_names]
     if not arm.X_LT.IsExactlyIdentity():
         taken.append(name_tip(arm))
@@ -99,9 +105,9 @@ def _find_unused(name: str, taken: Sequence[str]) -> str:
 
 
 def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidTransform:
-    """Computes the pose of the base, turned about the vertical so that the hand, with axes R_WH, points along Wx.
+    """Turns the base pose about the vertical so that the hand, with axes R_WH, points along Wx.
 
-    Its height above the world's origin, [m], is the file's where none is given.
+    ``height`` above the world's origin, [m]; None keeps the file's.
     """
     yaw = float(np.arctan2(R_WH[1, 0], R_WH[0, 0]))
     R_WB = X_WB.rotation()

@@ -1,6 +1,6 @@
-"""Outcome of adapting tasks to an arm: changes, each with its reason, and the record of infeasible tasks.
+"""Result of adapting tasks to an arm: changes with their reasons, and the record of infeasible tasks.
 
-The record stays in the folder of models, so that no run plans what was found to be infeasible.
+The record stays in the model folder, so that later runs do not plan tasks that were found to be infeasible.
 """
 
 import hashlib
@@ -15,19 +15,19 @@ from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
 from affordance.files.bounded import read_yaml
 
-# Key that represents every length of the objects in a tools file; its values are factors.
+# Key that stands for all lengths of the objects in a tools file; its values are factors.
 SIZE_OF_TOOLS = "size"
 _LENGTHS = ("tools.*.components.*.semi_axes", "tools.*.components.*.position", "tools.*.grips.*.position")
 LACKS = "cannot_do.yaml"
-# Files of a folder of models that determine which tasks are feasible.
+# Files of a model folder that determine which tasks are feasible.
 _DECISIVE = ("*.sdf", "*.dmd.yaml", "materials.yaml", "nail.yaml", "paths/*.yaml", "tools/*.yaml")
-_NOTE = """# Tasks that the arm of this folder cannot do, as import-arm found, with the reason of each. This holds for
-# the files of the digest: once arm, nail, paths, objects or materials are changed, affordance run tries again.
+_NOTE = """# Tasks that import-arm found to be infeasible for the arm of this folder, each with the reason. The digest
+# tells whether arm, nail, paths, objects or materials have changed since; if so, affordance run tries them again.
 """
 
 
 class Change(NamedTuple):
-    """Change of the value at a key of a task file, with its reason; a new value of None removes the key."""
+    """Change of a value in a task file, and its reason; a new value of None removes the key."""
 
     file: str
     key: str
@@ -40,9 +40,9 @@ class Change(NamedTuple):
 
 
 def show(value: Any) -> str:
-    """Formats a value, with four significant digits where it is a number."""
+    """Formats a value; numbers get four significant digits."""
     if value is None:
-        return "left out"
+        return "removed"
     if isinstance(value, float):
         return f"{value:.4g}"
     if isinstance(value, list | tuple):
@@ -51,7 +51,7 @@ def show(value: Any) -> str:
 
 
 def apply_changes(models: Path, changes: Sequence[Change]) -> None:
-    """Writes changed values into the files of a folder of models, with a comment on each at the top of its file.
+    """Writes changes into the files of a model folder, each with a comment at the top of its file.
 
     Keys are paths such as ``blow.duration``, or SIZE_OF_TOOLS.
     """
@@ -71,7 +71,7 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
 
 
 def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
-    """Changes the value at a path of keys, or with ``*`` all values there; absent keys are ignored."""
+    """Changes the value at a path of keys; ``*`` selects all values, and absent keys are ignored."""
     first, rest = keys[0], keys[1:]
     if first == "*":
         for entry in content.values() if isinstance(content, dict) else content:
@@ -93,27 +93,27 @@ def _scale(factor: float, value: Any) -> Any:
 
 
 class Fitted(NamedTuple):
-    """Changes that adapt the tasks to an arm, and why ``objects``, ``path`` or ``blow`` are infeasible, by name."""
+    """Changes that adapt the tasks to an arm, and the reasons why tasks are infeasible, by name of the task."""
 
     changes: tuple[Change, ...]
     lacks: dict[str, str]
 
 
 def write_lacks(models: Path, lacks: Mapping[str, str]) -> None:
-    """Writes the reasons why tasks are infeasible, by name, into a folder of models; nothing if there are none."""
+    """Writes why tasks are infeasible, by name, into a model folder; writes no file if all are feasible."""
     if lacks:
         content = {"tasks": dict(lacks), "digest": _compute_digest(models)}
         write_text(models / LACKS, _NOTE + yaml.safe_dump(content, sort_keys=False, width=110))
 
 
 def read_lacks(models: Path) -> dict[str, str]:
-    """Reads the reasons why tasks are infeasible, by name; empty without a record, or if files have changed since."""
+    """Reads why tasks are infeasible, by name; empty without a record, or if files have changed since."""
     try:
         content = read_yaml(models / LACKS)
         tasks = {str(name): str(why) for name, why in content["tasks"].items()}
         return tasks if content["digest"] == _compute_digest(models) else {}
     except (BadValueError, OSError, TypeError, LookupError, AttributeError):
-        return {}  # an unreadable record is determined again
+        return {}  # as without a record: the tasks are tried again
 
 
 def _compute_digest(models: Path) -> str:

@@ -1,6 +1,6 @@
-"""Comparison of two files of one robot, joint by joint, of any formats.
+"""Comparison of two files of one robot, joint by joint; their formats may differ.
 
-Frames of links differ between formats, so that only numbers that no frame changes are compared.
+Link frames differ between formats, so only frame-independent numbers are compared.
 """
 
 from collections.abc import Sequence
@@ -20,11 +20,11 @@ from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import sum_inertia
 from affordance.robots.tree import build_tree, freeze
 
-# Relative difference from which numbers differ: files round to three or four digits.
+# Relative difference above which numbers count as different: files round to three or four digits.
 TOLERANCE = 0.01
-# Differences below these are rounding whatever the numbers are: a tenth of a millimetre, of a gram, of a degree.
+# Absolute differences below these are rounding: a tenth of a millimetre, of a gram, of a degree.
 _ROUNDING = {"mass": 1e-4, "offset": 1e-4, "moment": 1e-7, "length": 1e-4, "range": 2e-3}
-# Sine of the angle of axes that are parallel.
+# Sine of the angle between axes below which they count as parallel.
 _PARALLEL = 1e-6
 NAMES = {
     "mass": "mass (kg)",
@@ -39,7 +39,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class JointData:
-    """Data of a joint and of all that moves with its link, none of which depends on frames."""
+    """Frame-independent data of a joint and of everything that moves with its link."""
 
     joint: str
     mass: float  # [kg]
@@ -47,12 +47,12 @@ class JointData:
     moment: float  # largest principal moment of inertia about the centre of mass, [kg m^2]
     length: float  # distance of the next joint's axis, or of the tip, from the axis, [m]
     range: float  # width of the position limits, [rad]; infinite without limits
-    velocity: float  # limit, [rad/s]; infinite without one
-    effort: float  # limit, [N m]; infinite without one
+    velocity: float  # velocity limit, [rad/s]; infinite without one
+    effort: float  # torque limit, [N m]; infinite without one
 
 
 class Compared(NamedTuple):
-    """Two joints at one place of two chains, and the names of the data in which they differ."""
+    """Corresponding joints of two chains, and the names of the data in which they differ."""
 
     one: JointData
     other: JointData
@@ -60,9 +60,10 @@ class Compared(NamedTuple):
 
 
 def read_joints(path: Path, tip: str = "") -> list[JointData]:
-    """Reads the data of an arm's joints up to a tip, by default that of the longest limb.
+    """Reads the data of an arm's joints up to a tip, by default the longest limb's.
 
-    Errors are those of ``read_arm``; limits may be missing, and impossible inertias are the nearest possible ones.
+    Limits may be missing, and impossible inertias are replaced by the nearest possible ones. Errors are those of
+    ``read_arm``.
     """
     tree = build_tree(read_robot(path))
     chain = find_chain(tree, tip or choose_tip(tree)[0], None)
@@ -82,9 +83,9 @@ def read_joints(path: Path, tip: str = "") -> list[JointData]:
                 joint.name(),
                 inertial.mass,
                 float(np.linalg.norm(np.cross(axis, p_com))),
-                _find_largest_moment(inertial.moments) if inertial.mass else 0.0,
-                _find_distance(axis, end.CalcPose(context, frame), next_axis),
-                _find_range(joint),
+                _compute_largest_moment(inertial.moments) if inertial.mass else 0.0,
+                _compute_distance(axis, end.CalcPose(context, frame), next_axis),
+                _compute_range(joint),
                 limits.velocity,
                 np.inf if limits.effort is None else limits.effort,
             )
@@ -93,11 +94,11 @@ def read_joints(path: Path, tip: str = "") -> list[JointData]:
 
 
 def compare(one: Sequence[JointData], other: Sequence[JointData]) -> list[Compared]:
-    """Compares the joints of two arms in their order; another number of joints raises a BadValueError."""
+    """Compares the joints of two arms in order; different numbers of joints raise a BadValueError."""
     if len(one) != len(other):
         names = (", ".join(each.joint for each in joints) for joints in (one, other))
-        problem = f"have {len(one)} joints ({next(names)}) and {len(other)} ({next(names)}), must have as many; --tip"
-        raise BadValueError("the arms", "", f"{problem} and --other-tip name their ends")
+        problem = f"have {len(one)} joints ({next(names)}) and {len(other)} ({next(names)}), must have equally many"
+        raise BadValueError("the arms", "", f"{problem}; --tip and --other-tip name their ends")
     return [Compared(a, b, tuple(_list_differing(a, b))) for a, b in zip(one, other, strict=True)]
 
 
@@ -112,8 +113,8 @@ def _list_differing(one: JointData, other: JointData) -> list[str]:
     return names
 
 
-def _find_distance(axis: Array, X_ME: RigidTransform, next_axis: Array | None) -> float:
-    """Finds the distance of an axis through the origin from another one, or from a point without an axis, [m]."""
+def _compute_distance(axis: Array, X_ME: RigidTransform, next_axis: Array | None) -> float:
+    """Computes the distance, [m], from an axis through the origin to another axis, or to a point if that is None."""
     p = X_ME.translation()
     from_point = float(np.linalg.norm(np.cross(axis, p)))
     if next_axis is None:
@@ -123,11 +124,11 @@ def _find_distance(axis: Array, X_ME: RigidTransform, next_axis: Array | None) -
     return from_point if length < _PARALLEL else abs(float(across @ p)) / length
 
 
-def _find_range(joint: RevoluteJoint) -> float:
+def _compute_range(joint: RevoluteJoint) -> float:
     return float(joint.position_upper_limits()[0] - joint.position_lower_limits()[0])
 
 
-def _find_largest_moment(moments: Sequence[float]) -> float:
+def _compute_largest_moment(moments: Sequence[float]) -> float:
     a, b, c, d, e, f = moments
     matrix: Array = np.array([[a, d, e], [d, b, f], [e, f, c]])
     return float(np.linalg.eigvalsh(matrix)[-1])

@@ -1,4 +1,4 @@
-"""Contents of a robot's file beyond what Drake keeps of joints and links, for all file formats."""
+"""Contents of a robot's file that Drake does not keep, in one form for all file formats."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -34,32 +34,32 @@ def build_pose(place: Sequence[float], rpy: Sequence[float]) -> Array:
 class Mimic(NamedTuple):
     """Coupling of a joint to another: q = multiplier q_leader + offset, plus higher powers of q_leader."""
 
-    leader: str  # empty where the joint is fixed at the offset
+    leader: str  # name of the joint that is followed; empty if the joint is fixed at the offset
     multiplier: float
     offset: float
     higher: tuple[float, ...] = ()  # coefficients of the second and higher powers of q_leader, as MJCF has them
 
     def compute(self, q_leader: float) -> float:
-        """Computes the position that follows from the leader's, [rad] or [m]."""
+        """Computes the joint's position from the leader's, [rad] or [m]."""
         coefficients = (self.offset, self.multiplier, *self.higher)
         return sum(each * q_leader**power for power, each in enumerate(coefficients))
 
 
 class JointNotes(NamedTuple):
-    """Data of a joint in addition to axis, range, velocity limit and damping, which Drake keeps.
+    """Data of a joint that Drake does not keep; it keeps axis, range, velocity limit and damping.
 
-    Velocity limits, dampings and rotor inertias that no joint can have are kept here alone: options may replace them.
+    Impossible velocity limits, dampings and rotor inertias are stored only here, because options may replace them.
     """
 
-    effort: float | None = None  # torque limit, [N m]; None where the file gives none
-    velocity: float | None = None  # velocity limit that is not more than 0, [rad/s]; None for one that Drake keeps
-    damping: float = 0.0  # damping if it is negative, [N m s/rad]
+    effort: float | None = None  # torque limit, [N m]; None if the file has none
+    velocity: float | None = None  # velocity limit of 0 or less, [rad/s]; None for a valid one, which Drake keeps
+    damping: float = 0.0  # negative damping, [N m s/rad]; 0 if it is valid, as Drake then keeps it
     friction: float = 0.0  # Coulomb friction, [N m]
     stiffness: float = 0.0  # stiffness of a spring in the joint, [N m/rad]
-    mimic: Mimic | None = None  # coupling to another joint; None for none
+    mimic: Mimic | None = None  # coupling to another joint, if any
     rotor_inertia: float = 0.0  # reflected inertia of rotor and gears at the joint, [kg m^2]
-    fault: str = ""  # invalid position limits or axis, removed from the text that Drake parses; empty for none
-    has_range: bool = True  # False for a joint of a kind that must have position limits, and has none
+    fault: str = ""  # message about invalid position limits or axis, which Drake never sees; empty if valid
+    has_range: bool = True  # False for a joint that lacks position limits although its type requires them
 
 
 def find_joint_fault(
@@ -69,10 +69,10 @@ def find_joint_fault(
     axis: Sequence[float] = (0.0, 0.0, 1.0),
     unit: str = "rad",
 ) -> str:
-    """Returns a message about a range or an axis that is impossible for a joint; empty if the joint is valid.
+    """Describes an impossible range or axis of a joint; empty if both are valid.
 
-    Some of it aborts Drake, wherever in the robot it is. Readers therefore remove it from the text that Drake parses,
-    and it is reported only if it belongs to the arm.
+    Some of these make Drake abort even on joints outside the arm. Readers therefore remove them from the text that
+    Drake parses, and they are errors only on joints of the arm.
     """
     if lower is not None and upper is not None and lower > upper:
         return f"has position limits from {lower:g} to {upper:g} {unit}, must be a range"
@@ -88,10 +88,10 @@ class Inertial(NamedTuple):
     place: tuple[float, ...]  # position of the centre of mass in the link's frame, (3,), [m]
     rpy: tuple[float, ...]  # roll, pitch and yaw of the axes that the moments refer to, (3,), [rad]
     moments: tuple[float, ...]  # Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centre of mass, (6,), [kg m^2]
-    in_link: bool = True  # True if place and axes refer to the link's own frame; False where the file names another
+    in_link: bool = True  # True if place and axes refer to the link's own frame, False if to another frame
 
     def find_fault(self) -> str:
-        """Describes why no solid can have this inertia; empty if one can, by Drake's own check."""
+        """Describes why no solid can have this inertia; empty if Drake's check accepts it."""
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
         if self.mass < 0.0 or (self.mass == 0.0 and any(self.moments)):
             return f"has a mass of {self.mass:g} kg with moments of inertia, must have more than 0"
@@ -112,12 +112,13 @@ class Inertial(NamedTuple):
         return ""
 
     def find_nearest(self) -> "Inertial":
-        """Finds the inertia of a solid whose moments and products differ least from these; none without a mass.
+        """Finds the closest inertia that a solid can have: least squares in moments and products of inertia.
 
-        A solid of density rho has second moments S = integral of rho x x', which are positive semidefinite, and
-        moments I = tr(S) 1 - S. In the common axes, |dI|^2 = |ds|^2 + (sum of ds)^2, least for s >= 0.
+        The second moments of a solid of density rho, S = integral of rho x x', are positive semidefinite, and its
+        moments of inertia are I = tr(S) 1 - S. I and S share principal axes. In these,
+        |dI|^2 = |ds|^2 + (sum of ds)^2 is minimised subject to s >= 0. Without a mass, all moments become zero.
         """
-        from scipy.optimize import nnls  # here, as commands without an impossible inertia need not wait for it
+        from scipy.optimize import nnls  # imported here because it is slow and rarely needed
 
         if self.mass <= 0.0:
             return Inertial(0.0, self.place, self.rpy, (0.0,) * 6, self.in_link)
@@ -133,54 +134,53 @@ class Visual(NamedTuple):
     """Visual shape of a link in a robot's file."""
 
     shape: str  # ``mesh``, ``box``, ``cylinder``, ``sphere``, ``ellipsoid`` or ``capsule``
-    # Scale of a mesh, edges of a box, radius and length of a cylinder or capsule, radii, [m].
+    # Scale of a mesh, [1]; edges of a box; radius and length of a cylinder or capsule; radius or radii, [m].
     sizes: tuple[float, ...]
     place: tuple[float, ...]  # position in the link's frame, (3,), [m]
     rpy: tuple[float, ...]  # roll, pitch and yaw in the link's frame, (3,), [rad]
-    mesh: str = ""  # name of the mesh in the file; empty for none
-    colour: tuple[float, ...] | None = None  # red, green, blue, opacity; None where the file gives none
-    material: str = ""  # name of its material in the file; empty for none
+    mesh: str = ""  # name of the mesh in the file; empty for other shapes
+    colour: tuple[float, ...] | None = None  # red, green, blue, opacity; None if the file gives none
+    material: str = ""  # name of its material in the file; empty if it has none
 
 
 @dataclass
 class Description:
-    """Contents of a robot's file, which its reader fills in."""
+    """Contents of a robot's file; the format's reader fills them in."""
 
     path: Path
     kind: str  # ``urdf``, ``sdf``, ``mjcf`` or ``directives``
-    text: str = ""  # text that Drake parses, without elements that do not concern motion
+    text: str = ""  # text that Drake parses, without elements that do not affect motion
     joints: dict[str, JointNotes] = field(default_factory=dict)  # data of joints, by name
-    # Inertias of links, by name, where they are written out.
+    # Inertias that the file gives explicitly, by link.
     inertials: dict[str, Inertial] = field(default_factory=dict)
-    # Faults of links without a usable inertia, by link: the text has none for them.
+    # Reasons why a link's inertia is missing or unusable, by link; ``text`` has no inertia for these links.
     faults: dict[str, str] = field(default_factory=dict)
-    # Impossible inertias as written, with their faults, by link: text and ``inertials`` have the nearest possible.
+    # Impossible inertias as in the file, with the faults, by link; ``text`` and ``inertials`` have the nearest
+    # possible inertias instead.
     mended: dict[str, tuple[str, Inertial]] = field(default_factory=dict)
-    # Surprising contents of the file, and of single links or joints, that whoever imports the arm should know of.
+    # Surprising contents of the file, and of single links or joints, about which users should be told.
     remarks: list[str] = field(default_factory=list)
     remarks_of: dict[str, list[str]] = field(default_factory=dict)
-    carried: dict[str, float] = field(default_factory=dict)  # share of links' weight that the simulator carries
-    # Joints of a URDF that are fixed, with the parent and the pose in it, (4, 4), by child link.
+    carried: dict[str, float] = field(default_factory=dict)  # fraction of weight that the simulator carries, by link
+    # Fixed joints of a URDF by child link: name, parent link, and pose in it, (4, 4).
     fixed: dict[str, tuple[str, str, Array]] = field(default_factory=dict)
-    floating: dict[str, str] = field(
-        default_factory=dict
-    )  # joints that float and that Drake leaves out, by child link
-    sites: dict[str, str] = field(default_factory=dict)  # links that stand for sites, with the links that carry them
-    up: str | None = None  # axis of the root that points up, if the file's gravity says it
+    floating: dict[str, str] = field(default_factory=dict)  # floating joints, which Drake leaves out, by child link
+    sites: dict[str, str] = field(default_factory=dict)  # links that represent sites, with the links that carry them
+    up: str | None = None  # axis of the root that points up, if the file specifies gravity
     visuals: dict[str, tuple[Visual, ...]] = field(default_factory=dict)  # shapes drawn, by link
-    dropped: list[str] = field(default_factory=list)  # descriptions of omitted content, one sentence each
+    dropped: list[str] = field(default_factory=list)  # descriptions of omitted contents, a sentence each
     undrawn: set[str] = field(default_factory=set)  # links with a shape in the file that is not imported
-    frames: set[str] = field(default_factory=set)  # names of frames that are declared separately from links
-    sources: tuple[Path, ...] = ()  # other files that are included
+    frames: set[str] = field(default_factory=set)  # names of frames that are declared in addition to links
+    sources: tuple[Path, ...] = ()  # files that the file includes
 
     def add_visuals(self, link: str, shapes: Sequence[Visual | None]) -> None:
-        """Adds the shapes of a link; None stands for one that is not imported."""
+        """Adds the shapes of a link; None stands for a shape that is not imported."""
         self.visuals[link] = tuple(shape for shape in shapes if shape is not None)
         if None in shapes:
             self.undrawn.add(link)
 
     def add_inertial(self, link: str, inertial: Inertial) -> Inertial | None:
-        """Adds the inertia of a link; returns the nearest possible one if no solid can have it, otherwise None."""
+        """Adds the inertia of a link; returns the nearest possible one if it is impossible, otherwise None."""
         self.inertials[link] = inertial
         fault = inertial.find_fault()
         if not fault:
@@ -190,5 +190,5 @@ class Description:
         return self.inertials[link]
 
     def remark(self, element: str, remark: str) -> None:
-        """Adds a remark about a link or joint, by its key in the file."""
+        """Adds a remark about a link or joint, which is named by its key in the file."""
         self.remarks_of.setdefault(element, []).append(remark)

@@ -1,9 +1,8 @@
-"""Path, blow and objects that an arm can handle, found by proposals in a fixed order; every change is reported.
+"""Adapts path, blow and objects to an arm by trying easier variants in a fixed order; reports every change.
 
-The path is tried unchanged, mirrored, slower and, finally, smaller; the blow is tried unchanged, slower and less
-deep; objects are changed only if the arm cannot hold them. Everything is planned as in the experiments, with the
-true densities,
-and feasible plans are simulated as in the experiments; how is handed in.
+The path is tried unchanged, mirrored, slower and finally smaller. The blow is tried unchanged, slower and less deep.
+Objects are scaled only if the arm cannot hold them. Variants are planned as in the experiments, with true densities;
+feasible plans are then simulated by functions that the caller passes.
 """
 
 import math
@@ -37,21 +36,20 @@ from affordance.settings import Settings
 PATH, NAIL, CARRY = "paths/reach.yaml", "nail.yaml", "tasks/carry.yaml"
 _HELD = ("tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml")
 _ALL_TOOLS = (*_HELD, "tools/uncommon.yaml")
-# Functions of a tool, what is done with it and settings, which describe what goes wrong in simulation; empty if
-# nothing does.
+# Functions that simulate a task with a tool and describe what goes wrong; empty if nothing does.
 type SimulatePath = Callable[[Tool, TimedPath, Settings], str]
 type SimulateBlow = Callable[[Tool, Hammer, BlowCost, Settings], str]
-# Factors on the duration of a path, and on its size if none of those suffices.
+# Factors on the duration of a path, and on its size if slowing down is not enough.
 _PACES, _SIZES = (1.0, 1.25, 1.5, 2.0, 3.0), (1.0, 0.75, 0.5, 0.35)
 _SWING_PACES, _CARRYING_PACES = (1.0, 1.5, 2.0), (1.0, 1.5)
-# Factors on the size of objects, and the largest load at home, as a fraction of a joint's torque limit, that leaves
-# enough torque for motion.
+# Factors on the size of objects, and the largest static load in the home posture that leaves enough torque for
+# motion, as a fraction of a joint's torque limit.
 _FACTORS, _ENOUGH = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.8
 _STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
 
 
 class TaskFit(NamedTuple):
-    """Changes that make one task feasible, or the reason why none do; what does not apply is empty."""
+    """Changes that make one task feasible (none if it already is), or the reason why it is infeasible."""
 
     changes: tuple[Change, ...]
     lack: str = ""
@@ -60,10 +58,10 @@ class TaskFit(NamedTuple):
 class Holding(NamedTuple):
     """Largest static load of the arm in its home posture."""
 
-    load: float  # largest fraction of a torque limit, that of the joint
+    load: float  # largest fraction of a torque limit
     joint: str
-    object_name: str  # object that causes it, of that mass, [kg]; empty for the empty hand
-    mass: float
+    object_name: str  # object that causes it; empty for the empty hand
+    mass: float  # mass of that object, [kg]
 
 
 def fit_tasks(
@@ -72,9 +70,9 @@ def fit_tasks(
     simulate_blow: SimulateBlow,
     tell: Callable[[str], None] = lambda step: None,
 ) -> Fitted:
-    """Adapts the tasks of a folder of models to what its arm can do when simulated; infeasible ones are unchanged.
+    """Adapts the tasks of a model folder to its simulated arm; infeasible tasks stay unchanged.
 
-    Before each task, ``tell`` is called with its name.
+    ``tell`` is called with the name of each task before it is adapted.
     """
     changes: tuple[Change, ...] = ()
     lacks: dict[str, str] = {}
@@ -85,7 +83,7 @@ def fit_tasks(
         ("carry", fit_carry),
     ):
         if "objects" in lacks:
-            break  # an arm that cannot hold them cannot move them
+            break  # an arm that cannot hold the objects cannot move them
         tell(f"fitting tasks: {name}")
         found: TaskFit = fit(models)
         apply_changes(models, found.changes)
@@ -96,7 +94,7 @@ def fit_tasks(
 
 
 def list_held(models: Path, files: Sequence[str] = _HELD) -> list[Tool]:
-    """Lists all objects as they are held; novel ones once for each grip."""
+    """Lists all objects as held; novel objects once for each grip."""
     materials = load_materials(models / "materials.yaml")
     tools = [tool for file in files for tool in load_tools(models / file, materials)]
     return [held for tool in tools for held in ([tool.gripped_by(grip) for grip in tool.grips] or [tool])]
@@ -107,7 +105,7 @@ def measure_holding(models: Path, factor: float = 1.0) -> Holding:
     arm = load_arm(models / ARM.name)
     static = StaticHold(arm)
     empty = arm.limits.compute_loads(static.tau_arm)
-    # Mass scales with the third power of size, its first moments with the fourth, its inertia with the fifth.
+    # Mass scales with the third power of size, first moments with the fourth, moments of inertia with the fifth.
     growth = factor ** np.array([3.0, *[4.0] * 3, *[5.0] * 6])
     found = Holding(float(empty.max()), arm.joint_names[int(np.argmax(empty))], "", 0.0)
     for tool in list_held(models):
@@ -128,15 +126,15 @@ def fit_objects(models: Path) -> TaskFit:
     ) + f" loads {holding.joint} with {100.0 * holding.load:.0f} % of its torque limit"
     for factor in _FACTORS:
         if measure_holding(models, factor).load <= _ENOUGH:
-            why = f"{too_heavy}; masses are {factor**3:.2f} times what they were"
+            why = f"{too_heavy}; masses are {factor**3:.2f} times the original ones"
             files = [file for file in _ALL_TOOLS if (models / file).exists()]
             return TaskFit(tuple(Change(file, SIZE_OF_TOOLS, 1.0, factor, why) for file in files))
     least = 100.0 * measure_holding(models, _FACTORS[-1]).load
-    return TaskFit((), f"{too_heavy}, and with objects {_FACTORS[-1]:g} times as large still {least:.0f} %")
+    return TaskFit((), f"{too_heavy}, and still {least:.0f} % with objects scaled to {_FACTORS[-1]:g} of their size")
 
 
 def fit_path(models: Path, simulate: SimulatePath) -> TaskFit:
-    """Finds a path that the arm can follow with every novel object in every grip."""
+    """Finds a path that the arm can follow with every novel object, held by each of its grips."""
     settings, asked = Settings(arm=models / ARM.name), load_path(models / PATH)
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
@@ -144,14 +142,14 @@ def fit_path(models: Path, simulate: SimulatePath) -> TaskFit:
 
 
 def fit_carry(models: Path) -> TaskFit:
-    """Finds a path along which the arm can carry every novel object in every grip, as planned."""
+    """Finds a path along which the arm can carry every novel object by each of its grips, by planning only."""
     if not (models / CARRY).is_file():
         return TaskFit(())
     settings, asked = Settings(arm=models / ARM.name), load_task(models, "carry")
     assert isinstance(asked, Carry)
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
-    # What cannot be borne at rest at the start cannot be carried anywhere.
+    # An object that overloads the arm at rest at the start cannot be carried along any path.
     if lack := _find_lack_of_carrying(model, Keep(asked.duration, asked.path.start), tools, settings):
         return TaskFit((), lack)
 
@@ -164,19 +162,19 @@ def fit_carry(models: Path) -> TaskFit:
 def _fit_easier(
     file: str, asked: TimedPath, paces: Sequence[float], find_lack: Callable[[TimedPath], str]
 ) -> TaskFit:
-    """Finds the first path without a lack: the one asked for, or an easier one."""
+    """Finds the first feasible path among the given one and ever easier ones."""
     first_lack = ""
     for path, why in asked.list_easier(paces, _SIZES):
         lack = find_lack(path)
         first_lack = first_lack or lack
         if not lack:
-            explained = f"as it is {first_lack}; {why}" if first_lack else ""
+            explained = f"unchanged, {first_lack}; {why}" if first_lack else ""
             return TaskFit(tuple(_list_path_changes(file, asked, path, explained)))
     return TaskFit((), first_lack)
 
 
 def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[Tool], settings: Settings) -> str:
-    """Describes why some tool cannot be carried; empty if all can. The motion is the same for all of them."""
+    """Describes why some tool cannot be carried; empty if all can. All are carried along the same motion."""
     try:
         cost = task.build_cost(model, tools[0].components, settings)
     except AffordanceError as error:
@@ -187,8 +185,11 @@ def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[
 def _find_lack(
     model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings, simulate: SimulatePath
 ) -> str:
-    """Describes why a path cannot be followed with some tool, which moves to the front; empty if it can with all."""
-    # A feasible plan may still fail in simulation, as where limits hold the arm back.
+    """Describes why a path cannot be followed with some tool; empty if it can be with all.
+
+    The tool that fails moves to the front of the list, because it probably fails on the next path too.
+    """
+    # A feasible plan may still fail in simulation, for example where joint limits slow the arm down.
     for find in (partial(_find_lack_of_plan, model), simulate):
         for k, tool in enumerate(tools):
             if lack := find(tool, path, settings):
@@ -208,7 +209,7 @@ def _find_lack_of_plan(model: ArmModel, tool: Tool, path: TimedPath, settings: S
 
 
 def _describe_overload(model: ArmModel, cost: MotionCost, tool: Tool) -> str:
-    """Describes which joint a tool overloads during a motion; empty if none."""
+    """Names the joint that a tool overloads during a motion; empty if there is none."""
     loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
     if loads.max() <= 1.0:
         return ""
@@ -224,10 +225,10 @@ def _list_path_changes(file: str, old: TimedPath, new: TimedPath, why: str) -> I
 
 
 def fit_blow(models: Path, simulate: SimulateBlow) -> TaskFit:
-    """Finds the depth and swing duration with which the arm can drive the nail by every grip of every novel object.
+    """Finds a nail depth and swing duration that are feasible with every novel object, by each of its grips.
 
-    A blow counts if it can be planned and, simulated with contact, drives the nail with the demanded force.
-    Simulation takes most of the time, so that the swing that is planned deepest is simulated first.
+    A blow is feasible if it can be planned and, in a simulation with contact, drives the nail with the required
+    force. Simulation takes most of the time, so the swing with the deepest plan is simulated first.
     """
     settings, asked = Settings(arm=models / ARM.name), load_hammer(models / NAIL)
     tools = list_held(models, ("tools/novel.yaml",))
@@ -245,7 +246,7 @@ def fit_blow(models: Path, simulate: SimulateBlow) -> TaskFit:
             lack = lack or fault
         elif plan.depth > least:
             planned.append(plan)
-    for plan in reversed(planned):  # each is deeper than those before it
+    for plan in reversed(planned):  # deepest first
         fault = _simulate_blows(plan, tools, settings, simulate)
         if not fault:
             return TaskFit(tuple(_list_blow_changes(asked, plan, lack)))
@@ -254,12 +255,12 @@ def fit_blow(models: Path, simulate: SimulateBlow) -> TaskFit:
 
 
 class _PlannedBlow(NamedTuple):
-    """Blow as deep as every tool can be planned to drive the nail."""
+    """Blow of one duration, planned to the greatest depth that all tools can reach."""
 
     task: Hammer
     depth: float  # [m]
-    reason: str  # why not to the demanded depth; empty if nothing lacks
-    costs: dict[tuple[str, str], BlowCost]  # plans for the demanded depth, by tool and grip
+    reason: str  # why the required depth is not reached; empty if it is
+    costs: dict[tuple[str, str], BlowCost]  # plans for the required depth, by tool and grip
 
 
 def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator[Change]:
@@ -270,7 +271,7 @@ def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator
 
 
 def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> _PlannedBlow:
-    """Plans blows of one duration with every tool, until one drives the nail no deeper than ``least``, [m]."""
+    """Plans blows of one duration with every tool; stops at a tool whose depth is at most ``least``, [m]."""
     model, depth, reason = ArmModel(load_arm(settings.arm)), task.nail.depth_demanded, ""
     costs: dict[tuple[str, str], BlowCost] = {}
     for tool in tools:
@@ -286,9 +287,12 @@ def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: f
 
 
 def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, simulate: SimulateBlow) -> str:
-    """Simulates a blow with every tool; returns the first fault, whose tool moves to the front, or nothing."""
+    """Simulates a blow with every tool; returns the first fault, or an empty text.
+
+    The tool that fails moves to the front of the list, because it probably fails in the next blow too.
+    """
     model, task, costs = ArmModel(load_arm(settings.arm)), plan.task, plan.costs
-    if plan.depth < task.nail.depth_demanded:  # a different blow, which must be planned again
+    if plan.depth < task.nail.depth_demanded:  # a different depth needs a new plan
         nail = replace(task.nail, depth_demanded=plan.depth)
         task, costs = replace(task, nail=nail, force=nail.force_demanded), {}
     for k, tool in enumerate(tools):
@@ -300,7 +304,7 @@ def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, s
 
 
 def _bound_depth(cost: BlowCost, tool: Tool) -> float:
-    """Computes the planned depth, [m]: the demanded one, or the greatest feasible in whole tenths of a millimetre."""
+    """Computes the planned depth, [m]: the required one, or else the greatest feasible, rounded down to 0.1 mm."""
     nail = cost.nail
     if cost.infeasible_reason:
         return nail.depth_set

@@ -1,6 +1,6 @@
-"""Frame of an arm in which its controller takes a payload: the flange F, as the robot's file has it.
+"""Flange frame F of an arm, in which its controller expects the payload, as the robot's file defines it.
 
-Our own frame of the hand lies at the tip of a robot's file but is turned, so no controller knows it.
+This project's hand frame has its origin at the tip that the file defines but is rotated, so no controller knows it.
 """
 
 import re
@@ -18,13 +18,13 @@ from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
 from affordance.robots.recorded_arm import load_robot
 
-# What the importer writes above an arm (arm.sdf.j2): the robot's file and its tip.
+# Comment that the importer writes above an arm (arm.sdf.j2), with the robot's file and its tip.
 _IMPORTED = re.compile(r"<!-- Made by affordance import-arm of .*, tip (.+)\. SI units\. -->")
-_ALIKE = 1e-6  # distance of hand and tip above which they are not one, [m]
+_ALIKE = 1e-6  # largest distance between hand and tip at which they count as the same point, [m]
 
 
 class Flange(NamedTuple):
-    """Frame F in which a controller takes a payload."""
+    """Frame F in which a controller expects a payload."""
 
     name: str
     X_FT: Array  # pose of the tip T, to which the payload is fixed, in F, shape (4, 4)
@@ -38,7 +38,7 @@ def find_flange(robot: SerialChain, name: str = "", base: str | None = None) -> 
         name: Frame of the file from which the arm was read, fixed to its tip; empty for the tip of the robot's file.
         base: Base with which the arm was read; None if none was named.
 
-    Returns: The flange; None if the tip is our frame of the hand, and the tip of a robot's file is not known.
+    Returns: The flange; None if the tip is the project's hand frame and the tip of the robot's file is unknown.
 
     Raises:
         BadValueError: The file has no such frame, or a joint moves the frame and the tip apart.
@@ -66,9 +66,10 @@ def find_flange(robot: SerialChain, name: str = "", base: str | None = None) -> 
 
 
 def find_imported_tip(folder: Path) -> str | None:
-    """Finds the frame of an imported arm that is the tip of the robot's file.
+    """Finds the frame of an imported arm that was the tip in the robot's file.
 
-    Returns: Its name; empty if the arm lacks it, as of version 0.2; None if ``import_arm`` did not write the folder.
+    Returns: Its name; empty if the arm lacks the frame, as imports by version 0.2 do; None if ``import_arm`` did not
+        write the folder.
     """
     path = folder / "arm.sdf"
     imported = _IMPORTED.search(read_text(path, ROBOT)) if path.is_file() else None
@@ -78,7 +79,7 @@ def find_imported_tip(folder: Path) -> str | None:
     if name == HAND_FRAME or not name.isprintable():
         return ""
     hand = load_robot(folder / ARM.name, HAND_FRAME)
-    for written in (name, f"{name}_link"):  # the second where a joint has the name
+    for written in (name, f"{name}_link"):  # the second if a joint has that name
         try:
             tip = load_robot(folder / ARM.name, written)
         except BadValueError:

@@ -1,7 +1,7 @@
-"""Home posture: hand level and pointing away from the shoulder, far from singularities and limits.
+"""Home posture: hand level, pointing away from the shoulder, far from singularities and limits.
 
-The arm reaches out by nine tenths of its length, or less where it could not support objects there. The direction of
-reach is free, as the base is turned instead. Frames: H the hand, S the origin of the second joint (the shoulder).
+The arm reaches out to 90 % of its length, or less if it could not support objects there. The direction of reach is
+free, because the base is turned afterwards. Frames: H the hand, S the shoulder, at the second joint.
 """
 
 import itertools
@@ -27,23 +27,24 @@ from affordance.robots.reduced_arm import ReducedArm
 
 # Distances of the hand as fractions of the arm's length, tried from far to near.
 _REACHES = (0.9, 0.8, 0.7, 0.6, 0.5)
-# Payload at which postures are compared, as heavy as the heavier objects, and its distance from the hand, [kg, m].
+# Payload for comparing postures, as heavy as the heavier objects, [kg], and its distance from the hand, [m].
 TEST_MASS, TEST_DISTANCE = 0.8, 0.125
-# The first reach that loads no joint beyond this fraction of its torque limit is taken; the rest is for motion.
+# The first reach that loads no joint beyond this fraction of its torque limit is used; the rest is for motion.
 _ENOUGH = 0.8
-# The hand points away from the shoulder within the first of these cones, or, where no posture does, the second;
-# joints keep this clearance from their limits, [rad].
+# Half angles of the cones within which the hand must point away from the shoulder; the second is used if there is no
+# posture within the first. Clearance of joints from their limits. All [rad].
 _CONES, _CLEARANCE = np.radians([20.0, 60.0]), np.radians(10.0)
-# Least singular value of the hand's Jacobian, as a fraction of the arm's length; below it the arm is nearly singular.
+# A posture is nearly singular if the least singular value of the hand's Jacobian is below this fraction of the arm's
+# length.
 _LEAST_SINGULAR = 0.03
-# Weight of the mean square distance of joints from the middle of their range, relative to the load.
+# Weight of the mean squared distance of joints from mid-range, relative to the load.
 _OFF_CENTRE = 0.1
 _STARTS, _SAMPLES, _SEED = 16, 1500, 0
 # Angle between the hand's z and up within which the hand counts as upright, [rad].
 UPRIGHT = np.radians(1.0)
-# Joints needed for a position and a level direction of the hand; arms with fewer find a posture only by their build.
+# Joints needed to reach any position with a level hand; with fewer, whether a posture exists depends on the arm.
 _FEWEST_FREE = 5
-# Half the range of a joint without limits, [rad].
+# Half range assumed for a joint without limits, [rad].
 _ENDLESS = np.pi
 
 
@@ -53,8 +54,8 @@ class HomePosture(NamedTuple):
     q: Array  # joint angles, (num_joints,), [rad]
     load: float  # largest fraction of a torque limit, with TEST_MASS in the hand
     empty_load: float  # largest fraction of a torque limit with an empty hand
-    own: Array  # static torques that the arm's own weight takes, (num_joints,), [N m]
-    payload: float  # largest mass supported at rest, centred at TEST_DISTANCE, [kg]
+    own: Array  # static torques for the arm's own weight, (num_joints,), [N m]
+    payload: float  # largest mass supported at rest, centred at TEST_DISTANCE from the hand, [kg]
     weakest: str  # joint that limits the payload
     payload_in_hand: float  # largest mass supported at rest, centred at the hand's origin, [kg]
     reach: float  # distance from shoulder to hand, as a fraction of the arm's length
@@ -64,7 +65,7 @@ class HomePosture(NamedTuple):
 
 
 def plant_arm(arm: ReducedArm) -> Arm:
-    """Builds the plant of an arm alone, as it will be written; Drake raises a RuntimeError for impossible numbers."""
+    """Builds the plant of an extracted arm as it will be written; Drake raises a RuntimeError for bad numbers."""
     plant = MultibodyPlant(0.0)
     parser = Parser(plant)
     parser.SetStrictParsing()
@@ -78,21 +79,23 @@ def plant_arm(arm: ReducedArm) -> Arm:
     return Arm(arm.tree.description.path, plant, hand, tool, np.zeros(len(arm.links)), limits)
 
 
-def find_shoulder(arm: Arm) -> Frame:
-    """Finds the frame of the shoulder, at the second joint, or the only one."""
+def get_shoulder(arm: Arm) -> Frame:
+    """Returns the shoulder frame, at the second joint or, if there is only one, at that."""
     shoulder: Frame = arm.plant.GetJointByName(arm.joint_names[:2][-1]).frame_on_parent()
     return shoulder
 
 
 def compute_static_torques(model: ArmModel, q: Array, mass: float, distance: float = TEST_DISTANCE) -> Array:
-    """Computes static torques with a mass in the hand, centred at a distance, [m], (num_joints,), [N m]."""
+    """Computes static torques, (num_joints,), [N m], with a mass, [kg], at a distance, [m], from the hand."""
     model.set_posture(q)
     J = model.compute_point_jacobian(np.array([distance, 0.0, 0.0]))
     return model.compute_inverse_dynamics(np.zeros(len(q))) - J.T @ (mass * model.gravity)
 
 
-def _find_payload(model: ArmModel, q: Array, own: Array, distance: float) -> tuple[float, str]:
-    """Finds the largest mass held at rest, centred at a distance, [m], by an arm with own torques, [N m].
+def _compute_payload(model: ArmModel, q: Array, own: Array, distance: float) -> tuple[float, str]:
+    """Computes the largest mass that an arm can hold at rest at a distance, [m], from the hand.
+
+    ``own`` are the torques for the arm's own weight, [N m].
 
     Returns: The mass, [kg], and the joint that limits it.
     """
@@ -103,45 +106,46 @@ def _find_payload(model: ArmModel, q: Array, own: Array, distance: float) -> tup
     return max(0.0, float(room[worst])), model.arm.joint_names[worst]
 
 
-def measure_tilt(R_WH: Array) -> float:
-    """Measures the angle between the hand's z and up, [rad], of a hand with axes R_WH, (3, 3)."""
+def compute_tilt(R_WH: Array) -> float:
+    """Computes the angle between the hand's z and up, [rad]; R_WH, (3, 3), are the hand's axes."""
     return float(np.arccos(np.clip(R_WH[2, 2], -1.0, 1.0)))
 
 
 def find_home(model: ArmModel, given: Mapping[str, float], *, is_rolled: bool = False) -> HomePosture:
-    """Finds the home posture; given joints stay fixed, and no search is needed if all are given.
+    """Finds the home posture; joints in ``given``, [rad], stay fixed.
 
-    If the hand's roll is known (``is_rolled``), postures with the hand's z up are searched first, and postures with
-    any roll only if there are none.
+    If the hand's roll is known (``is_rolled``), postures with the hand's z up are searched first, and other postures
+    only if there are none.
 
-    An arm without a length, or a posture with the hand level and pointing outwards, raises a ModelFileError.
+    Raises:
+        ModelFileError: The arm has no length, or no posture has a level hand that points away from the shoulder.
     """
-    arm, rng, shoulder = model.arm, np.random.default_rng(_SEED), find_shoulder(model.arm)
+    arm, rng, shoulder = model.arm, np.random.default_rng(_SEED), get_shoulder(model.arm)
     limits, fixed = arm.limits, np.array([given.get(name, np.nan) for name in arm.joint_names])
     low = np.where(np.isfinite(limits.q_lower), limits.q_lower, -_ENDLESS)
     high = np.where(np.isfinite(limits.q_upper), limits.q_upper, _ENDLESS)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     clear = np.minimum(_CLEARANCE, half)
     bounds = np.where(np.isnan(fixed), low + clear, fixed), np.where(np.isnan(fixed), high - clear, fixed)
-    # The 99.9th percentile over random postures.
-    distances = [_measure_reach(model, shoulder, q) for q in rng.uniform(low, high, (_SAMPLES, len(low)))]
+    # Length of the arm: the 99.9th percentile over random postures.
+    distances = [_compute_reach(model, shoulder, q) for q in rng.uniform(low, high, (_SAMPLES, len(low)))]
     length = float(np.quantile(distances, 0.999))
     if not length > 0.0:
         raise ModelFileError("the arm", "has its tip on its first joint's axis, must have a length")
 
     def measure(q: Array) -> HomePosture:
-        reach = _measure_reach(model, shoulder, q) / length
+        reach = _compute_reach(model, shoulder, q) / length
         held, own = (compute_static_torques(model, q, mass) for mass in (TEST_MASS, 0.0))
         load, empty = (float(np.max(limits.compute_loads(torques))) for torques in (held, own))
         least = compute_mobility(model, q, np.zeros(3))
         model.set_posture(q)
-        tilt = measure_tilt(model.compute_hand_pose().rotation().matrix())
-        payload, in_hand = (_find_payload(model, q, own, distance) for distance in (TEST_DISTANCE, 0.0))
+        tilt = compute_tilt(model.compute_hand_pose().rotation().matrix())
+        payload, in_hand = (_compute_payload(model, q, own, distance) for distance in (TEST_DISTANCE, 0.0))
         return HomePosture(q, load, empty, own, *payload, in_hand[0], reach, length, least, tilt)
 
     if not np.isnan(fixed).any():
         return measure(fixed)
-    found: list[tuple[bool, float, HomePosture]] = []  # each after whether it is nearly singular, and its cost
+    found: list[tuple[bool, float, HomePosture]] = []  # whether it is nearly singular, cost, posture
     for z_is_up, cone in itertools.product((True, False) if is_rolled else (False,), _CONES):
         if found:
             break
@@ -160,13 +164,13 @@ def find_home(model: ArmModel, given: Mapping[str, float], *, is_rolled: bool = 
                 break
     if not found:
         joints = f"its {arm.num_joints} joints ({', '.join(arm.joint_names)})"
-        problem = f"finds no posture of {joints} with the hand level and pointing away from the shoulder"
+        problem = f"has no posture of {joints} with the hand level and pointing away from the shoulder"
         more = "" if arm.num_joints >= _FEWEST_FREE else ", or more joints with --base or another --tip"
         raise ModelFileError("arm", f"{problem}; give one with --posture, or another --out-axis{more}")
     return found[0][2]
 
 
-def _measure_reach(model: ArmModel, shoulder: Frame, q: Array) -> float:
+def _compute_reach(model: ArmModel, shoulder: Frame, q: Array) -> float:
     """Computes the distance of the hand from the shoulder, [m]."""
     model.set_posture(q)
     return float(np.linalg.norm(model.compute_hand_pose().translation() - model.compute_frame_position(shoulder)))
@@ -183,11 +187,11 @@ def _solve(
     cone: float,
     z_is_up: bool,
 ) -> Array | None:
-    """Solves for the posture nearest to mid-range with the hand at a distance, level and pointing outwards.
+    """Solves for the posture closest to mid-range with the hand level, pointing outwards, at a distance.
 
-    With ``z_is_up`` the hand's z must point up, too.
+    With ``z_is_up`` the hand's z must also point up. Returns None if the solver finds no such posture.
     """
-    world, hand, shoulder = arm.plant.world_frame(), arm.hand, find_shoulder(arm)
+    world, hand, shoulder = arm.plant.world_frame(), arm.hand, get_shoulder(arm)
     solver = InverseKinematics(arm.plant, arm.plant.CreateDefaultContext(), with_joint_limits=False)
     program, q = solver.get_mutable_prog(), solver.q()
     program.AddBoundingBoxConstraint(*bounds, q)
@@ -200,7 +204,7 @@ def _solve(
         solver.AddAngleBetweenVectorsConstraint(world, up, hand, aside, level, level)
         solver.AddAngleBetweenVectorsConstraint(world, up, hand, up, 0.0, level)
     solver.AddPointToPointDistanceConstraint(shoulder, origin, hand, origin, distance, distance)
-    # Looking back along the hand, the shoulder must be within the cone.
+    # Seen backwards along the hand, the shoulder must be within the cone.
     solver.AddGazeTargetConstraint(hand, origin, -ahead, shoulder, origin, cone)
     result = SnoptSolver().Solve(program, guess)
     return result.GetSolution(q) if result.is_success() else None

@@ -1,4 +1,4 @@
-"""Extraction of an arm from a robot's file according to the options of an import; writes no files."""
+"""Extracts an arm from a robot's file according to the import options; writes no files."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from affordance.exceptions import BadValueError, ModelFileError
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.arm_file import RESERVED, turn_base
 from affordance.robots.chain import choose_tip, find_chain
-from affordance.robots.home import HomePosture, find_home, measure_tilt, plant_arm
+from affordance.robots.home import HomePosture, compute_tilt, find_home, plant_arm
 from affordance.robots.plausibility import list_implausible
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ImportOptions as ImportOptions
@@ -22,12 +22,12 @@ from affordance.robots.reduced_arm import ReducedArm, reduce_arm
 from affordance.robots.tree import build_tree, check_posture, freeze
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
-# A mass matrix is singular if its least eigenvalue is less than this fraction of the largest, as where a massless
-# link turns about its own axis.
+# A mass matrix counts as singular if its least eigenvalue is less than this fraction of the largest, for example if
+# a massless link turns about its own axis.
 _LEAST_EIGENVALUE = 1e-12
-# Sine of the angle between the hand's x and the vertical below which no roll turns the hand's z up: 10 degrees.
+# Sine of the angle between the hand's x and the vertical, 10 degrees, below which no roll can turn the hand's z up.
 _VERTICAL = 0.17
-# A smaller roll is rounding, [rad].
+# A smaller roll is a rounding error, [rad].
 _NO_ROLL = 1e-9
 
 
@@ -61,11 +61,11 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
     """
     arm = read_arm(path, options)
     if taken := [name for name in arm.joint_names if name in RESERVED]:
-        raise BadValueError(path, f"joint {taken[0]}", "has a name that stands for the hand, or the world, here")
+        raise BadValueError(path, f"joint {taken[0]}", "has a name that is reserved for the hand or the world")
     try:
         model = ArmModel(plant_arm(arm))
     except RuntimeError as error:  # values too large or small for a valid arm
-        raise ModelFileError(path, f"makes no arm that Drake takes: {error}") from error
+        raise ModelFileError(path, f"gives an arm that Drake rejects: {error}") from error
     _check_mass_matrix(path, arm, model)
     try:
         home = find_home(model, options.posture, is_rolled=options.roll is not None)
@@ -75,18 +75,18 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
     model.set_posture(home.q)
     R_WH = model.compute_hand_pose().rotation().matrix()
     if options.roll is None:
-        roll = find_roll(R_WH)
+        roll = compute_roll(R_WH)
         arm = arm.roll_hand(roll)
         R_WH = R_WH @ RotationMatrix.MakeXRotation(roll).matrix()
-        home = home._replace(tilt=measure_tilt(R_WH))
+        home = home._replace(tilt=compute_tilt(R_WH))
     return replace(arm, X_WB=turn_base(arm.X_WB, R_WH, options.height)), home
 
 
-def find_roll(R_WH: Array) -> float:
-    """Finds the angle about the hand's x by which its z is turned up, [rad]; zero if the hand points up or down.
+def compute_roll(R_WH: Array) -> float:
+    """Computes the angle about the hand's x, [rad], that turns its z up; zero if the hand points up or down.
 
-    With c and s the cosine and sine of the angle, the turned z of H is c z - s y, which is highest where (c, s) is
-    along the heights of (z, -y).
+    With c and s the cosine and sine of the angle, the turned z axis is c z - s y. It is highest if (c, s) is parallel
+    to the heights of (z, -y).
     """
     y_up, z_up = R_WH[2, 1:]
     if np.hypot(y_up, z_up) < _VERTICAL:
@@ -98,10 +98,11 @@ def find_roll(R_WH: Array) -> float:
 
 
 def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_zero: bool = True) -> dict[str, float]:
-    """Parses words such as ``elbow=0.3``, or with a unit a number alone, for every joint (the empty name).
+    """Parses words such as ``elbow=0.3`` into values by joint.
 
-    Another form, a joint named twice, or with a unit a negative value or a zero that may not be, raises a
-    BadValueError.
+    With a unit, a word can also be a number alone, which applies to every joint (the empty name), and values must be
+    positive, or zero if ``may_be_zero``. A value out of these bounds, a word of another form, or a joint named twice
+    raises a BadValueError.
     """
     values: dict[str, float] = {}
     for word in words:
@@ -130,5 +131,5 @@ def _check_mass_matrix(path: Path, arm: ReducedArm, model: ArmModel) -> None:
     values, vectors = np.linalg.eigh(model.compute_mass_matrix())
     if not values[0] > _LEAST_EIGENVALUE * values[-1]:
         joint = arm.links[int(np.argmax(np.abs(vectors[:, 0])))].joint
-        problem = "moves nothing that has inertia, must; a --rotor-inertia would give it some"
+        problem = "moves nothing that has inertia, must move some; --rotor-inertia gives it inertia"
         raise BadValueError(path, f"joint {joint}", problem)

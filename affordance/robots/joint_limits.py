@@ -1,4 +1,4 @@
-"""Limits of acceleration and velocity from a file ``joint_limits.yaml``, as MoveIt and ros2_control have it."""
+"""Reads acceleration and velocity limits from a ``joint_limits.yaml`` of MoveIt or ros2_control."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,11 +12,11 @@ from affordance.files.constraints import Within
 from affordance.files.data_model import DataModel, load_model
 from affordance.plant.serial_chain import SerialChain
 
-_MOST = 1e4  # of a velocity, [rad/s], and an acceleration, [rad/s^2]
+_MOST = 1e4  # largest velocity, [rad/s], and acceleration, [rad/s^2]
 
 
 class _JointEntry(DataModel):
-    """Limits of a joint; those that are switched off do not count, and others concern nothing here."""
+    """Limits of a joint; limits that are switched off do not apply, and other keys are ignored."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -27,7 +27,7 @@ class _JointEntry(DataModel):
 
 
 class _LimitsEntry(DataModel):
-    """File of limits, by joint."""
+    """Contents of the file: limits by joint."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -35,10 +35,10 @@ class _LimitsEntry(DataModel):
 
 
 def limit_joints(robot: SerialChain, path: Path) -> SerialChain:
-    """Returns the arm with the limits of a file where these are lower than its own.
+    """Returns the arm with those limits of a file that are lower than its own.
 
-    A joint of the file that the arm lacks, such as a finger, is left out. A file that is invalid, names none of the
-    arm's joints, or limits one to 0, raises a BadValueError.
+    Joints that the arm lacks, such as a finger, are ignored. A file that is invalid, names none of the arm's joints,
+    or limits one of them to 0 raises a BadValueError.
     """
     entries = load_model(path, _LimitsEntry).joint_limits
     if not set(entries) & set(robot.joint_names):

@@ -1,4 +1,4 @@
-"""Import of an arm into a folder of models, cached by the file, everything it includes, and the options."""
+"""Imports an arm into a model folder, and caches imports by file, included files and options."""
 
 import hashlib
 import json
@@ -30,12 +30,12 @@ from affordance.robots.robot import Robot
 from affordance.simulation.blow import describe_blow_fault
 from affordance.simulation.rollout import describe_path_fault
 
-# Where options of an import come from.
+# How to make import options, for error messages.
 _OPTIONS = "ImportOptions(tip=NAME) makes some"
 _PROGRAM = Path(__file__).resolve().parent
-# Files and folders copied from the models that come with the program.
+# Files and folders copied from the program's own models.
 _TASK_FILES = ("package.xml", "materials.yaml", "faults.yaml", "nail.yaml", "tools", "paths", "tasks")
-# Files and keys of the start postures of tasks.
+# Files and keys that hold start postures of tasks.
 _STARTS = (
     ("paths/reach.yaml", "start"),
     ("paths/mash.yaml", "start"),
@@ -54,7 +54,7 @@ def import_arm(
     fits_tasks: bool = True,
     tell: Callable[[str], None] = lambda step: None,
 ) -> list[str]:
-    """Imports an arm into a folder of models, with its report.
+    """Imports an arm into a model folder and writes a report.
 
     Args:
         path: File of the robot.
@@ -64,7 +64,7 @@ def import_arm(
         fits_tasks: True to adapt paths, blow and objects to what the arm can do.
         tell: Function that is called with a description of each step, before it.
 
-    Returns: Lines for the user: the arm that was extracted, warnings, the changes, and infeasible tasks.
+    Returns: Lines for the user: the extracted arm, warnings, changes, and infeasible tasks.
 
     Raises:
         BadValueError: The file or an option is invalid or incomplete; nothing was written.
@@ -87,16 +87,16 @@ def import_arm(
     lines += [f"warning: {warning}" for warning in list_warnings(arm, home)]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]
-        lines += [f"cannot do: {name}: {why}" for name, why in fitted.lacks.items()]
+        lines += [f"infeasible: {name}: {why}" for name, why in fitted.lacks.items()]
     return lines
 
 
 def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
-    """Returns the folder of models of an arm, importing it by ``import_arm`` if necessary.
+    """Returns the cached model folder of an arm; imports the arm if there is none.
 
-    The folder is named after a digest of the file and its includes, the options, the tasks that come with the program
-    and the importer's code, so that it always holds what a new import would give. Meshes enter only by their names in
-    the file.
+    The folder's name contains a digest of the file and its includes, the options, the program's own tasks and the
+    importer's code, so the folder always holds what a new import would give. Of meshes, only their names in the file
+    enter the digest.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     files = [
@@ -117,16 +117,16 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
 
 
 def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> Robot:
-    """Opens a robot: that of a folder of models, or of a robot's file, which is imported once and kept.
+    """Opens a robot from a model folder, or from a robot's file, which is imported once and cached.
 
     Args:
         path: Folder that ``import_arm`` wrote, or URDF, SDF or MJCF file; None for the paper's arm.
-        options: Options of the import of a file; those of none for a folder, ``ImportOptions("")``.
-        root: Folder that holds the cached folders.
+        options: Import options for a robot's file; must be the defaults, ``ImportOptions("")``, for a folder.
+        root: Folder that contains the cached imports.
 
     Raises:
-        BadValueError: The path is neither, the folder holds no arm, the file or an option is invalid or incomplete,
-            or an option is given without a file.
+        BadValueError: The path is neither a folder nor a file, the folder contains no arm, the file or an option is
+            invalid or incomplete, or an option is given without a file.
         ModelFileError: The file cannot be parsed, or no home posture was found.
     """
     path = None if path is None else check_path("path", path)
@@ -135,33 +135,34 @@ def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> R
         return Robot.load(import_kept(path, options, check_path("root", root)))
     if path is not None and not path.is_dir():
         raise BadValueError(
-            "--robot", "", f"is {str(path)!r}, which is not a folder and no robot's file{suggest_file(path)}"
+            "--robot", "", f"is {str(path)!r}, which is neither a folder nor a robot's file{suggest_file(path)}"
         )
     for name in options.list_given():
         instead = "" if path is None else f" in place of the folder {path}"
-        raise BadValueError(name, "", f"is of a robot's file, which --robot must name{instead}")
+        raise BadValueError(name, "", f"applies to a robot's file only, which --robot must name{instead}")
     return Robot() if path is None else Robot.load(path)
 
 
 def write_folder(
     arm: ReducedArm, home: HomePosture, folder: Path, *, source: str, with_meshes: bool = True
 ) -> Sequence[str]:
-    """Writes the arm, and an unchanged copy of the tasks that come with the program, to a new or empty folder.
+    """Writes the arm and a copy of the program's own tasks to a new or empty folder.
 
     Returns: Remarks on shapes that could not be drawn as in the file.
 
-    A folder that is not empty or cannot be created raises a BadValueError, an arm that strict parsing rejects a
-    ModelFileError.
+    Raises:
+        BadValueError: The folder is not empty or cannot be created.
+        ModelFileError: Strict parsing rejects the arm.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BadValueError("--out", "", f"is {str(folder)!r}, which is not an empty folder")
     appearance = draw_arm(arm, with_meshes=with_meshes)
-    # Atomic: made in a temporary folder next to the destination, then moved there.
+    # Atomic: written to a temporary folder next to the destination, then moved there.
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         making = Path(tempfile.mkdtemp(prefix=".importing.", dir=folder.parent))
     except OSError as error:
-        raise BadValueError("--out", "", f"is {str(folder)!r}, which cannot be made: {error.strerror}") from error
+        raise BadValueError("--out", "", f"is {str(folder)!r}, which cannot be created: {error.strerror}") from error
     try:
         for name in _TASK_FILES:
             copy = shutil.copytree if (MODELS / name).is_dir() else shutil.copyfile
@@ -184,7 +185,7 @@ def write_folder(
 
 
 def _list_strange_starts(models: Path, arm: ReducedArm) -> Iterator[Change]:
-    """Lists removals of start postures with joints that this arm lacks; such tasks start in its home posture."""
+    """Lists removals of start postures that name joints of other arms; the tasks then start in the home posture."""
     for file, key in _STARTS:
         value = read_yaml(models / file)
         for part in key.split("."):

@@ -1,7 +1,7 @@
-"""Shapes that an arm is drawn with: the file's own, its meshes in a format that Drake draws everywhere, or capsules.
+"""Visual shapes of an arm: the file's simple shapes, its meshes as OBJ, or capsules.
 
-Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF. Meshes are therefore converted to OBJ, one per colour, with
-a limited number of triangles to keep a page with the arm small.
+Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF. Meshes are therefore converted to OBJ, one per colour. Their
+number of triangles is limited to keep HTML pages with the arm small.
 """
 
 from dataclasses import dataclass, field
@@ -20,16 +20,16 @@ from affordance.robots.description import Visual
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
 from affordance.robots.simplify import simplify
 
-# Most triangles per link; nine links then add about a megabyte to a page.
+# Largest number of triangles per link; nine links then add about a megabyte to a page.
 _TRIANGLES = 4000
-# Fewest triangles per colour, where a link has several.
+# Least number of triangles per colour if a link has several colours.
 _FEWEST = 12
-# Colours that differ by less in every channel are drawn as one.
+# Colours that differ by less than this in every channel are drawn as one.
 _COLOUR_STEP = 0.1
 _GREY = (0.70, 0.74, 0.78, 1.0)
-# Thickness of capsules as a fraction of their length, and its bounds, [m].
+# Radius of capsules as a fraction of their length, and its bounds, [m].
 _THICKNESS, _THINNEST, _THICKEST = 0.12, 0.012, 0.045
-# Significant digits of positions: a hundredth of a millimetre on a link of a metre.
+# Significant digits of positions: 0.01 mm on a link of 1 m.
 _DIGITS = 5
 _FOLDER = "meshes"
 
@@ -38,7 +38,7 @@ type _Part = tuple[Any, tuple[float, ...]]  # mesh, and its colour
 
 @dataclass
 class Appearance:
-    """Shapes by link of the written file, texts of mesh files by name, and remarks on shapes unlike the file's."""
+    """Shapes by link of the written arm, mesh texts by file name, and remarks on shapes that are not the file's."""
 
     visuals: dict[str, list[Visual]] = field(default_factory=dict)
     meshes: dict[str, str] = field(default_factory=dict)
@@ -46,7 +46,7 @@ class Appearance:
 
 
 def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
-    """Chooses the shapes of each link: the file's where they are available, otherwise capsules."""
+    """Chooses the shapes of each link: the file's if available, otherwise capsules."""
     description = arm.tree.description
     appearance, path, shapes = Appearance(), description.path, description.visuals
     replaced: list[str] = []
@@ -71,16 +71,16 @@ def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
         appearance.visuals[name] = drawn
     if replaced:
         what = "meshes and turned shapes" if description.kind == "mjcf" else "some shapes"
-        remark = f"{what} of {', '.join(replaced)} are not taken over from the file"
-        appearance.remarks.append(f"{remark}: simple shapes or capsules stand for them")
+        remark = f"{what} of {', '.join(replaced)} are not imported"
+        appearance.remarks.append(f"{remark}: simple shapes or capsules are drawn instead")
     return appearance
 
 
 def find_mesh_file(name: str, path: Path) -> Path | None:
-    """Finds the file of a mesh that a robot's file names; None if it is not found.
+    """Searches for the file of a mesh that a robot's file names; None if it is not found.
 
-    ``package://`` and ``model://`` names are searched for in every folder above the file, with and without the
-    package's own name; other names in the file's folder.
+    ``package://`` and ``model://`` names are searched in every folder above the robot's file, with and without the
+    package's name; other names only in the file's folder.
     """
     candidates = [path.parent / name]
     scheme, separator, inside = name.partition("://")
@@ -91,14 +91,14 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
 
 
 def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance) -> list[_Part]:
-    """Loads the triangles of a mesh in the link's frame, each part with its colour; adds remarks on failures."""
+    """Loads the parts of a mesh with their colours, in the link's frame; adds a remark on failure."""
     file = find_mesh_file(shape.mesh, path)
     if file is None:
         appearance.remarks.append(f"the mesh {shape.mesh} was not found")
         return []
     if file.suffix.lower() not in (*FORMATS, COLLADA):
         known = ", ".join((*FORMATS, COLLADA))
-        appearance.remarks.append(f"the mesh {file.name} is not drawn (of {known} meshes are)")
+        appearance.remarks.append(f"the mesh {file.name} is not drawn (only {known} meshes are)")
         return []
     try:
         scene = load_scene(file)
@@ -112,26 +112,26 @@ def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appe
         appearance.remarks.append(f"the mesh {file.name} cannot be read ({type(error).__name__})")
         return []
     if not parts:
-        appearance.remarks.append(f"the mesh {file.name} cannot be read (it holds no triangles)")
+        appearance.remarks.append(f"the mesh {file.name} cannot be read (it contains no triangles)")
     X = X_LV.GetAsMatrix4() @ np.diag([*shape.sizes, 1.0])
     return [(part.apply_transform(X), shape.colour or _find_colour(part)) for part in parts]
 
 
 def _find_colour(part: Any) -> tuple[float, ...]:
-    """Finds the main colour of a mesh."""
+    """Returns the main colour of a mesh; grey if it has none."""
     try:
         coloured = part.visual if hasattr(part.visual, "main_color") else part.visual.material
         rgba = np.asarray(coloured.main_color)
     except (AttributeError, TypeError, ValueError):
         return _GREY
-    if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's default, where a file gives no colour
+    if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's default if a file gives no colour
         return _GREY
     red, green, blue = (float(value) / 255.0 for value in rgba[:3])
     return red, green, blue, 1.0
 
 
 def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list[Visual]:
-    """Writes the triangles of a link, one file per colour."""
+    """Formats the meshes of a link as OBJ texts, one per colour, and adds them to the appearance."""
     import trimesh
 
     groups: dict[tuple[int, ...], list[_Part]] = {}
@@ -147,7 +147,7 @@ def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list
         share = (_TRIANGLES - _FEWEST * len(groups)) * len(faces) / total
         vertices, faces = simplify(vertices, faces, _FEWEST + int(share))
         name = f"{''.join(c if c.isascii() and c.isalnum() else '_' for c in link[:60])}_{number}.obj"
-        while name in appearance.meshes:  # links whose names differ only in replaced characters
+        while name in appearance.meshes:  # link names can differ in the replaced characters only
             name = f"_{name}"
         appearance.meshes[name] = write_obj(vertices, faces, _DIGITS)
         place = (0.0, 0.0, 0.0)
@@ -158,7 +158,7 @@ def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list
 
 
 def _draw_capsule(end: Array) -> list[Visual]:
-    """Creates a capsule from a link's joint to the next."""
+    """Creates a capsule from a link's joint to the next joint."""
     length = float(np.linalg.norm(end))
     radius = float(np.clip(_THICKNESS * length, _THINNEST, _THICKEST))
     if length < 1e-6:

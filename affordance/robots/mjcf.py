@@ -1,7 +1,7 @@
-"""Reader of MJCF (MuJoCo) models: the part that Drake needs, and the part that Drake ignores.
+"""Reads MJCF (MuJoCo) models: what Drake parses, and what Drake ignores.
 
-Drake reads bodies, joints, ranges and damping. Included files, default classes, armature, torque limits, friction,
-springs, couplings and gravity are read here; MJCF has no velocity limits.
+Drake parses bodies, joints, ranges and damping. This module reads included files, default classes, armature, torque
+limits, friction, springs, couplings and gravity. MJCF has no velocity limits.
 """
 
 import itertools
@@ -24,28 +24,32 @@ from affordance.robots.mjcf_masses import MassSettings, compile_masses, write_in
 from affordance.robots.remarks import EARTH, read_gravity, remark_couplings
 from affordance.robots.xml_reader import Numbers, remove_children
 
-# Attributes that turn an element.
+# Attributes that rotate an element.
 _TURNS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
 _KEPT_SECTIONS = ("compiler", "worldbody")
-# Attributes that Drake is to read, by element: it warns of those that it does not know, which are read here.
+# Attributes that are left for Drake, by element. Drake would warn of all others, which are read here.
 _KEPT = {
     "compiler": ("angle", "eulerseq", "autolimits", "coordinate", "inertiafromgeom"),
     "body": ("name", "pos", *_TURNS),
     "joint": ("name", "type", "pos", "axis", "range", "limited", "damping"),
     "geom": ("name", "type", "size", "pos", "fromto", "mass", "density", *_TURNS),
 }
-# First of the groups of geoms that are drawn only on demand: they are collision shapes.
+# Geoms of this group and higher ones are collision shapes: MuJoCo hides them by default.
 _FIRST_HIDDEN_GROUP = 3
-# Units of angles by their names in the file, in words.
+# Units of angles in messages, by their names in the file.
 _UNITS = {"radian": "rad", "degree": "degrees"}
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
-    """Reads an MJCF model; raises a BadValueError for an invalid value, a name used twice, or an unusable include."""
+    """Reads an MJCF model.
+
+    Raises:
+        BadValueError: A value is invalid, a name is used twice, or an included file cannot be used.
+    """
     numbers, robot = Numbers(path), Description(path, "mjcf", sources=expand_includes(path, root))
     for tag in ("replicate", "attach", "frame"):
         if root.find(f".//{tag}") is not None:
-            raise BadValueError(path, tag, "is not read here, must be written out (MuJoCo saves a model so)")
+            raise BadValueError(path, tag, "is not supported, must be expanded (as when MuJoCo saves a model)")
     write_out_defaults(path, root)
     efforts, follows = read_efforts(root, numbers), _read_mimics(root, numbers)
     compiler = {name: value for element in root.findall("compiler") for name, value in element.attrib.items()}
@@ -67,7 +71,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
                 raise BadValueError(path, f"joint {joint_name}", "appears twice")
             shifted += [joint_name] if joint.get("ref") else []
             notes = _read_joint(joint, unit, numbers, f"joint {joint_name}")
-            whole = read_limit(joint.attrib, "actuatorfrc", numbers, f"joint {joint_name}")  # for all actuators
+            whole = read_limit(joint.attrib, "actuatorfrc", numbers, f"joint {joint_name}")  # on their sum
             effort = min(efforts.get(joint_name, math.inf), whole)
             robot.joints[joint_name] = notes._replace(
                 effort=effort if math.isfinite(effort) else None, mimic=follows.get(joint_name)
@@ -85,7 +89,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
             _remove_other_groups(body, groups, numbers)
             if why := _find_unreadable(body):
                 numbers_of = "MuJoCo's body_mass, body_ipos, body_iquat, body_inertia"
-                robot.faults[name] = f"takes its inertia from {why}, must have an <inertial> ({numbers_of})"
+                robot.faults[name] = f"derives its inertia from {why}, must have an <inertial> ({numbers_of})"
                 remove_children(body, ("geom",))
         robot.sites |= dict.fromkeys(_make_sites_bodies(body, names), name)
         remove_children(body, ("camera", "light", "composite", "flexcomp", "plugin"))
@@ -106,7 +110,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
 
 
 def _read_unit(path: Path, compiler: Mapping[str, str]) -> str:
-    """Reads the unit of angles, in words."""
+    """Reads the unit of angles, as messages name it."""
     unit = compiler.get("angle", "degree")
     if unit not in _UNITS:
         raise BadValueError(path, "compiler.angle", describe_choice(unit, _UNITS))
@@ -114,13 +118,13 @@ def _read_unit(path: Path, compiler: Mapping[str, str]) -> str:
 
 
 def _read_gravity(robot: Description, root: Element, numbers: Numbers) -> None:
-    """Reads which way is up, and remarks on a gravity other than the earth's."""
+    """Reads which way is up, and adds a remark if gravity is not the earth's."""
     written = [element.get("gravity") for element in root.findall("option") if element.get("gravity")]
     read_gravity(robot, numbers.parse(written[-1] if written else None, "option.gravity", 3, EARTH))
 
 
 def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
-    """Names the bodies that have no name; returns all names."""
+    """Gives names to bodies without one; returns the names of all bodies."""
     names: set[str] = set()
     for body in bodies:
         name = body.get("name")
@@ -135,13 +139,13 @@ def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
 
 
 def _find_unused(name: str, used: Container[str]) -> str:
-    """Finds an unused name, with a number appended if necessary."""
+    """Returns the name, with a number appended if it is already used."""
     candidates = (name if k == 1 else f"{name}_{k}" for k in itertools.count(1))
     return next(candidate for candidate in candidates if candidate not in used)
 
 
 def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and keeps only those limits in the element that Drake is to read."""
+    """Reads a joint, and removes the limits from its element that Drake must not see."""
 
     def take(name: str) -> float:
         return numbers.parse_one(joint.get(name), f"{key}.{name}", 0.0)
@@ -153,7 +157,7 @@ def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointN
     limited = joint.attrib.pop("limited", "auto") != "false" and low < high
     for name in ("range", "ref", *(("axis",) if fault else ()), *(("damping",) if fault or damping < 0.0 else ())):
         joint.attrib.pop(name, None)
-    if limited:  # angles are relative to the drawn pose of the model
+    if limited:  # Drake's angles are relative to the model's initial pose
         joint.attrib.update(range=f"{low - ref!r} {high - ref!r}", limited="true")
     return JointNotes(
         friction=take("frictionloss"),
@@ -169,14 +173,14 @@ def _list_dropped(root: Element, shifted: list[str]) -> list[str]:
     sections = sorted({child.tag for child in root} - {*_KEPT_SECTIONS})
     said = []
     if sections:
-        said.append(f"sections {', '.join(sections)} of the file, but for torques and couplings of joints")
+        said.append(f"sections {', '.join(sections)} of the file, except for joints' torque limits and couplings")
     if shifted:
-        said.append(f"the reference angle of {', '.join(shifted)}: angles count from the pose that the file draws")
+        said.append(f"the reference angle of {', '.join(shifted)}: angles are zero in the model's initial pose")
     return said
 
 
 def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
-    """Reads the couplings of joints that are in force; without a second joint, the first is fixed."""
+    """Reads the active couplings of joints; if a coupling has no second joint, it fixes the first."""
     follows = {}
     for element in root.iterfind("equality/joint"):
         if element.get("active") != "false":
@@ -190,7 +194,7 @@ def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
 
 
 def _remark_loops(robot: Description, root: Element) -> None:
-    """Remarks on constraints that are cut here: ties between two bodies, and tendons."""
+    """Adds remarks on constraints that are removed: loop closures between two bodies, and tendons."""
     for tag in ("connect", "weld"):
         for element in root.iterfind(f"equality/{tag}"):
             if element.get("active") == "false":
@@ -198,15 +202,15 @@ def _remark_loops(robot: Description, root: Element) -> None:
             names = [element.get(f"body{k}") or robot.sites.get(element.get(f"site{k}", "")) for k in (1, 2)]
             one, other = (name or "the world" for name in names)
             robot.remarks.append(
-                f"body {one} is closed by <{tag}> to {other}; the loop is cut here: a body that is not on the arm's "
-                "chain is frozen where the file draws it"
+                f"body {one} is tied to {other} by <{tag}>; this loop is cut: a body that is not on the arm's "
+                "chain is frozen in the model's initial pose"
             )
     if tendons := len(root.findall("tendon/*")):
-        robot.remarks.append(f"{tendons} tendons, with their springs, limits and actuators, are left out")
+        robot.remarks.append(f"{tendons} tendons are left out, with their springs, limits and actuators")
 
 
 def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
-    """Reads an inertial; one with axes turned from the body's is transformed by Drake, and only checked here."""
+    """Reads an inertial; if its axes are turned from the body's, it is only checked, and Drake transforms it."""
     turned = any(map(inertial.get, _TURNS))
     place = numbers.parse(inertial.get("pos"), f"{key}.pos", 3, (0.0,) * 3)
     if inertial.get("fullinertia"):
@@ -218,14 +222,14 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
 
 
 def _remove_other_groups(body: Element, groups: tuple[float, ...], numbers: Numbers) -> None:
-    """Removes the shapes of groups from which MuJoCo takes no mass."""
+    """Removes the shapes of groups that MuJoCo ignores when it derives a body's mass."""
     for geom in body.findall("geom"):
         if not groups[0] <= numbers.parse_one(geom.get("group"), "geom.group", 0.0) <= groups[1]:
             body.remove(geom)
 
 
 def _find_unreadable(body: Element) -> str:
-    """Describes a shape from which a body derives its mass, and whose mass is not computed here; empty for none."""
+    """Describes a shape that contributes to a body's mass but is not supported; empty if there is none."""
     for geom in body.findall("geom"):
         if geom.get("mass") == "0" or geom.get("density") == "0":
             continue
@@ -237,9 +241,9 @@ def _find_unreadable(body: Element) -> str:
 
 
 def _make_sites_bodies(body: Element, names: set[str]) -> list[str]:
-    """Replaces the sites of a body by massless bodies, so that they can be named as tip; returns their names.
+    """Replaces a body's sites with massless bodies, which can be tips, and returns their names.
 
-    A site with the name of a body gets the suffix ``_site``.
+    A site that has the name of a body gets the suffix ``_site``.
     """
     made = []
     for site in body.findall("site"):
@@ -254,7 +258,7 @@ def _make_sites_bodies(body: Element, names: set[str]) -> list[str]:
 
 
 def _read_visuals(body: Element, numbers: Numbers) -> list[Visual | None]:
-    """Reads spheres, ellipsoids, boxes, capsules and cylinders; None for a mesh or turned shape that is drawn."""
+    """Reads a body's simple shapes that are drawn; None stands for a mesh or a rotated shape."""
     drawn = list[Visual | None]()
     for geom in body.findall("geom"):
         kind, words = geom.get("type", "sphere"), geom.get("size", "").split()

@@ -1,7 +1,7 @@
-"""Expansion of an MJCF model: included files, default classes, and the torque limits that its actuators imply.
+"""Expands an MJCF model: included files, default classes, and torque limits implied by actuators.
 
-A class inherits from the class it is nested in, and all actuators of a class share one set of attributes, whatever
-their tags. The class of an element is its own, otherwise the nearest ``childclass`` above it, otherwise the main one.
+A class inherits from the class that contains it. All actuators of a class share one set of attributes, whatever their
+tags. An element's class is its own ``class``, or else the nearest ``childclass`` above it, or else the main class.
 """
 
 import math
@@ -12,10 +12,10 @@ from xml.etree.ElementTree import Element
 from affordance.exceptions import BadValueError, describe_choice, suggest
 from affordance.robots.xml_reader import Numbers, read_xml
 
-# Deepest nesting of files; models are split by robot, gripper and scene, so deeper nesting is a mistake.
+# Deepest nesting of files: models are split into robot, gripper and scene, so deeper nesting is a mistake.
 _DEEPEST = 8
 _MAIN = "main"
-# Tags that all set the attributes of the same default actuator.
+# Tags that all set attributes of the same default actuator.
 ACTUATORS = (
     "general",
     "motor",
@@ -29,18 +29,19 @@ ACTUATORS = (
     "dcmotor",
 )
 _ACTUATOR = "actuator"
-# Elements of a body whose attributes are written out; no others are read here.
+# Elements of a body that get the attributes of their class; other elements are not read.
 _OF_BODIES = ("joint", "geom", "site")
 
 type _Attributes = dict[str, dict[str, str]]
-# Attributes that make an actuator's force depend on more than its control, so that the control range is no bound.
+# Attributes with which an actuator's force depends on more than its control, so the control range does not bound it.
 _FEEDBACK = ("kp", "kv")
 
 
 def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
-    """Replaces every ``<include>`` by the contents of the file, in the model's folder or below; returns these files.
+    """Replaces every ``<include>`` with the contents of its file; returns the included files.
 
-    A file that is elsewhere, cannot be read, is included twice or nested too deeply raises a BadValueError.
+    A file that is outside the model's folder, cannot be read, or is included twice or nested too deeply raises a
+    BadValueError.
     """
     folder, found = path.parent.resolve(), list[Path]()
 
@@ -53,7 +54,7 @@ def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
             file = (folder / name).resolve()
             if not name or not file.is_relative_to(folder):
                 problem = f"names {name!r}, must be a file in the model's own folder, {folder}; MuJoCo "
-                problem += "writes all of a model into one file (mj_saveLastXML)"
+                problem += "can save a whole model as one file (mj_saveLastXML)"
                 raise BadValueError(named_in, "include", problem)
             if file in found or file == path.resolve():
                 raise BadValueError(named_in, "include", f"names {name!r} a second time, must include a file once")
@@ -72,7 +73,7 @@ def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
 
 
 def write_out_defaults(path: Path, root: Element) -> None:
-    """Gives elements the attributes of their classes, and removes these; an unknown class raises a BadValueError."""
+    """Copies attributes of default classes to their elements; an unknown class raises a BadValueError."""
     classes = _read_classes(root)
 
     def find_class(element: Element, attribute: str, inherited: str) -> str:
@@ -122,18 +123,18 @@ def _read_classes(root: Element) -> dict[str, _Attributes]:
 
 
 def read_efforts(root: Element, numbers: Numbers) -> dict[str, float]:
-    """Reads the torque limit of every joint whose actuators are limited, [N m].
+    """Computes the torque limit, [N m], of every joint whose actuators are limited.
 
-    An actuator is limited by the weaker end of its force range and, where its force is a multiple of its control, by
-    that of its control range, times its gear; the limits of all actuators of a joint add up. An invalid range or gear
-    raises a BadValueError.
+    An actuator's limit is the smaller magnitude of the two ends of its force range, times its gear. If its force is
+    proportional to its control, the control range limits it likewise. The limits of all actuators of a joint add up.
+    An invalid range or gear raises a BadValueError.
     """
     efforts: dict[str, float] = {}
     for actuator, joint in _list_drives(root):
         key = f"actuator {actuator.get('name', joint)}"
         gear = abs(numbers.parse_one(_take_first(actuator.get("gear")), f"{key}.gear", 1.0))
         limits = [read_limit(actuator.attrib, "force", numbers, key)]
-        gain = _find_gain(actuator, numbers, key)
+        gain = _compute_gain(actuator, numbers, key)
         if gain is not None:
             limits.append(gain * read_limit(actuator.attrib, "ctrl", numbers, key))
         if math.isfinite(min(limits)):
@@ -142,7 +143,7 @@ def read_efforts(root: Element, numbers: Numbers) -> dict[str, float]:
 
 
 def check_drives(root: Element, joints: Collection[str], numbers: Numbers) -> None:
-    """Raises a BadValueError for an actuator that drives a joint which there is not."""
+    """Raises a BadValueError if an actuator drives a joint that is not in the file."""
     for actuator, joint in _list_drives(root):
         if joint not in joints:
             problem = f"is {joint!r}, which is not a joint of the file{suggest(joint, joints)}"
@@ -150,7 +151,7 @@ def check_drives(root: Element, joints: Collection[str], numbers: Numbers) -> No
 
 
 def _list_drives(root: Element) -> Iterator[tuple[Element, str]]:
-    """Actuators of joints, with the name of the joint."""
+    """Lists the actuators that drive joints, each with the joint's name."""
     for actuator in root.iterfind("actuator/*"):
         joint = actuator.get("joint") or actuator.get("jointinparent")
         if actuator.tag in ACTUATORS and joint:
@@ -158,9 +159,10 @@ def _list_drives(root: Element) -> Iterator[tuple[Element, str]]:
 
 
 def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: str) -> float:
-    """Reads the limit of a range such as ``forcerange``, of ``force``, which ``forcelimited`` can switch off.
+    """Reads a limit from a range attribute, for example ``forcerange`` if the name is ``force``.
 
-    Returns: Smaller magnitude of the range's two ends, infinite for no limit; a falling range raises a BadValueError.
+    Returns: Smaller magnitude of the range's two ends; infinite without a limit, or if it is switched off, as by
+        ``forcelimited``. A falling range raises a BadValueError.
     """
     text = attributes.get(f"{name}range")
     low, high = numbers.parse(text, f"{key}.{name}range", 2, (0.0, 0.0))
@@ -171,8 +173,8 @@ def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: 
     return min(abs(low), abs(high))
 
 
-def _find_gain(actuator: Element, numbers: Numbers, key: str) -> float | None:
-    """Computes force over control where the force is proportional to the control; None elsewhere."""
+def _compute_gain(actuator: Element, numbers: Numbers, key: str) -> float | None:
+    """Computes the gain of an actuator, force per control; None if the force is not proportional to the control."""
     if actuator.tag == "motor":
         return 1.0
     plain = (

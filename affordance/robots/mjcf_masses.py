@@ -1,4 +1,4 @@
-"""Masses and inertias as MuJoCo's compiler changes them: bounds, balance, and the total mass."""
+"""Changes masses and inertias as MuJoCo's compiler does: bounds, balancing, and scaling to a total mass."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -14,16 +14,16 @@ from affordance.robots.xml_reader import Numbers
 
 
 class MassSettings(NamedTuple):
-    """Attributes of the compiler that change masses; see MuJoCo's XML reference, "compiler"."""
+    """Compiler attributes that change masses; see "compiler" in MuJoCo's XML reference."""
 
     bound_mass: float = 0.0  # least mass of a body, [kg]
     bound_inertia: float = 0.0  # least principal moment of a body, [kg m^2]
-    balances: bool = False  # True to replace impossible principal moments by their mean
-    total_mass: float = -1.0  # mass to which the model is scaled, [kg]; not positive for none
+    balances: bool = False  # True to replace impossible principal moments with their mean
+    total_mass: float = -1.0  # mass to which the model is scaled, [kg]; not scaled if not positive
 
     @classmethod
     def read(cls, compiler: Mapping[str, str], numbers: Numbers) -> "MassSettings":
-        """Reads the settings among a compiler's attributes."""
+        """Reads the settings from a compiler element's attributes."""
 
         def read_one(name: str, default: float) -> float:
             return numbers.parse_one(compiler.get(name), f"compiler.{name}", default)
@@ -37,10 +37,10 @@ class MassSettings(NamedTuple):
 
 
 def compile_masses(robot: Description, root: Element, settings: MassSettings) -> None:
-    """Changes masses and inertias as MuJoCo's compiler does; the text and inertias of the robot are replaced.
+    """Changes masses and inertias of a robot, in text and data, as MuJoCo's compiler does.
 
-    Bounds come first, then the balance, and last the total. If the total is to be set and a body's mass is unknown,
-    a BadValueError is raised.
+    Bounds are applied first, then balancing, then the total mass. A total mass raises a BadValueError if the mass of
+    a body is unknown.
     """
     if settings == MassSettings():
         return
@@ -84,7 +84,7 @@ def compile_masses(robot: Description, root: Element, settings: MassSettings) ->
 
 
 def _bound(inertial: Inertial, settings: MassSettings) -> Inertial:
-    """Applies the bounds and the balance to one body."""
+    """Applies bounds and balancing to one body."""
     Ixx, Iyy, Izz, Ixy, Ixz, Iyz = inertial.moments
     principal, axes = np.linalg.eigh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
     bounded = np.maximum(principal, settings.bound_inertia)
@@ -98,7 +98,7 @@ def _bound(inertial: Inertial, settings: MassSettings) -> Inertial:
 
 
 def write_inertial(body: Element, inertial: Inertial) -> None:
-    """Writes the inertia of a body in place of the one that it has, with the axes that it has if they are turned."""
+    """Replaces the inertia of a body; axes that are turned from the body's are kept."""
     element = body.find("inertial")
     if not inertial.mass:
         if element is not None:

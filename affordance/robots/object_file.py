@@ -1,8 +1,8 @@
-"""Tool from a URDF of an object, as simulators have it: its shapes, its grips, and its mass as a weighing.
+"""Reads a tool from a simulator's URDF of an object: shapes, grips, and the mass as if weighed.
 
-A link without shape and mass that is fixed to another is a grip. Materials are those whose name the file uses and the
-program knows; any other is known by its colour alone. Moments of inertia follow from shapes and densities, so that
-those of the file are compared with them, and named if they cannot be meant.
+A link that is fixed to another and has neither shape nor mass is a grip. A shape's material is found by its name in
+the file; a material that the program does not know is identified by its colour. Moments of inertia follow from shapes
+and densities. The file's moments are only compared with them; a remark names moments that are obviously wrong.
 """
 
 from collections.abc import Mapping
@@ -24,31 +24,31 @@ from affordance.robots.description import Description, Visual, build_pose
 from affordance.robots.reader import read_robot
 
 SUFFIX = ".urdf"
-# Name of the grip at the origin of an object that has no other.
+# Name of the grip at the origin of an object that has no other grip.
 _ORIGIN = "origin"
-# Factor between moments of a file and those of its shapes and mass from which they are placeholders: hollow and solid
-# bodies of one shape differ by less than two.
+# Moments that differ from those of shape and mass by this factor are placeholders: hollow and solid bodies of the
+# same shape differ by less than a factor of two.
 _OFF = 3.0
-# Colour of a shape of which the file gives none: the middle grey of viewers.
+# Colour of a shape if the file gives none: viewers' medium grey.
 _GREY = (0.7, 0.7, 0.7)
-# Density of what has shapes and no mass, used where a true one is needed: that of water, [kg/m^3].
+# Density of shapes without a mass, used if a true density is needed: that of water, [kg/m^3].
 _WATER = 1000.0
 
 
 class ReadObject(NamedTuple):
-    """Tool of an object's file, and what is to be said of it."""
+    """Tool that was read from a file, and remarks for the user."""
 
     tool: Tool
     remarks: tuple[str, ...]
 
 
 def read_object(path: Path, materials: Mapping[str, Material]) -> ReadObject:
-    """Reads the tool of an object's URDF.
+    """Reads a tool from the URDF of an object.
 
-    A file with a joint that moves, without a shape, or with a shape that no tool has, raises a BadValueError.
+    A file with a moving joint, without a shape, or with an unsupported shape raises a BadValueError.
     """
     description = read_robot(path)
-    poses = _find_poses(description)
+    poses = _compute_poses(description)
     components: list[Component] = []
     weighings: list[Weighing] = []
     remarks: list[str] = []
@@ -60,9 +60,7 @@ def read_object(path: Path, materials: Mapping[str, Material]) -> ReadObject:
         if not parts and not mass:
             grips.append(Grip(link, X_TL))
         if mass and not parts:
-            raise BadValueError(
-                path, f"link {link}", f"has {mass:g} kg and no shape that is read, must have a visual"
-            )
+            raise BadValueError(path, f"link {link}", f"has {mass:g} kg and no supported shape, must have a visual")
         if mass:
             places = tuple(range(len(components), len(components) + len(parts)))
             weighings.append(Weighing(places, mass, WEIGHING_SD * mass))
@@ -76,14 +74,14 @@ def read_object(path: Path, materials: Mapping[str, Material]) -> ReadObject:
     return ReadObject(tool, tuple(f"{path.name}: {each}" for each in (*description.remarks, *remarks)))
 
 
-def _find_poses(description: Description) -> dict[str, Array]:
-    """Finds the poses of all links in the first one without a parent; a joint that moves raises a BadValueError."""
+def _compute_poses(description: Description) -> dict[str, Array]:
+    """Computes the poses of all links in the root link; a moving joint raises a BadValueError."""
     if description.kind != "urdf":
-        raise BadValueError(description.path, "", "is no URDF, must be one for an object; others are robots' files")
+        raise BadValueError(description.path, "", "is not a URDF, as a file of an object must be")
     fixed = description.fixed
     for name in description.joints:
         if name not in {joint for joint, _, _ in fixed.values()}:
-            problem = "moves, so the file is of a robot (import-arm); an object is one body"
+            problem = "moves, so this is the file of a robot (import-arm); an object must be a single body"
             raise BadValueError(description.path, f"joint {name}", problem)
     roots = [link for link in description.visuals if link not in fixed]
     poses = {roots[0]: np.eye(4)} if roots else {}
@@ -95,7 +93,9 @@ def _find_poses(description: Description) -> dict[str, Array]:
         }
         if not found:
             left = next(link for link in description.visuals if link not in poses)
-            raise BadValueError(description.path, f"link {left}", "is not fixed to the others, must be: one body")
+            raise BadValueError(
+                description.path, f"link {left}", "is not fixed to the others; an object must be a single body"
+            )
         poses |= found
     return poses
 
@@ -117,7 +117,7 @@ def _build_parts(
         problem = f"has {what}, must be a box, cylinder, sphere or mesh in m, cm, mm or in"
         raise BadValueError(path, f"link {link}", problem)
     if "://" in shape.mesh:
-        problem = f"names the mesh {shape.mesh!r}, must be a path from the file's own folder"
+        problem = f"names the mesh {shape.mesh!r}, must be a path relative to the file's folder"
         raise BadValueError(path, f"link {link}", problem)
     return [
         Component(body.solid, X_TE @ build_pose(tuple(body.p_FEo), (0.0,) * 3), own, own)
@@ -126,7 +126,7 @@ def _build_parts(
 
 
 def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material:
-    """Finds the material that a shape is named after, or one of its colour alone."""
+    """Returns the material that the shape names, or one that only has the shape's colour."""
     if shape.material in materials:
         return materials[shape.material]
     r, g, b = (shape.colour or (*_GREY, 1.0))[:3]
@@ -135,10 +135,10 @@ def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material
 
 
 def _compare_moments(description: Description, link: str, parts: list[Component], X_TL: Array) -> list[str]:
-    """Names moments of inertia that a body of these shapes and mass cannot have, unless it is odd inside."""
+    """Lists remarks on moments of inertia that do not fit the shapes and mass of a body."""
     fault = description.mended.get(link, ("",))[0]
     if fault:
-        return [f"link {link} {fault}: those of its shape are used"]
+        return [f"link {link} {fault}: moments computed from its shape are used"]
     inertial = description.inertials[link]
     Phi = build_inertia_map([part.shape for part in parts], [part.X_TE for part in parts], [0] * len(parts), 1)[:, 0]
     pi = inertial.mass * Phi / Phi[0]

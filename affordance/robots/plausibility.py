@@ -1,6 +1,6 @@
-"""Plausibility of an arm as its file describes it: numbers that no robot has, each with its likely cause; no refusal.
+"""Warns about implausible numbers of an arm, with their likely causes; rejects nothing.
 
-Bounds are physical and wide: what exceeds them is a unit, a placeholder or a typing error.
+Bounds are physical and wide: a number beyond them has the wrong unit, is a placeholder or a typing error.
 """
 
 import math
@@ -11,59 +11,59 @@ from pydrake.multibody.tree import BodyIndex
 
 from affordance.robots.reduced_arm import ReducedArm, ReducedLink
 
-# Added to the distances between joints and to centres of mass: half the width of a large industrial link, [m].
+# Margin added to distances between joints, and to centres of mass: half the width of a large industrial link, [m].
 _WIDTH = 0.25
-# Density that no link exceeds, that of steel without hollows, [kg/m^3].
+# Density that no link exceeds: that of solid steel, [kg/m^3].
 _STEEL = 7900.0
-# Mass per length below that of the thinnest structure: an aluminium tube of 20 mm with a wall of 1 mm, [kg/m].
+# Mass per length of the thinnest structure: an aluminium tube of 20 mm diameter and 1 mm wall, [kg/m].
 _BARE_TUBE = 0.16
-# Radius of gyration below this share of a link's length is that of a point; a thin rod has 0.29.
+# A radius of gyration below this fraction of a link's length is that of a point mass; a thin rod has 0.29.
 _POINT = 0.01
-# Radius of gyration over size from which another unit is likelier than a placeholder such as 1 kg m^2.
+# Ratio of radius of gyration to size above which a wrong unit is likelier than a placeholder such as 1 kg m^2.
 _OTHER_UNIT = 10.0
-# Widest range of a joint, eight turns as of a wrist with cables, and fastest joint, 2900 degrees/s, [rad, rad/s].
+# Widest range of a joint, eight turns as of a wrist with cables, [rad], and fastest joint, 2900 degrees/s, [rad/s].
 _WIDEST, _FASTEST = 50.0, 50.0
-# Ranges of all joints below this look like radians that were read as degrees: two turns, 4 pi, as degrees, [rad].
+# If all joints' ranges are below this, radians were probably read as degrees: 4 pi (two turns) degrees, [rad].
 _NARROW = 0.22
-# Relative difference of masses between left and right that is more than rounding.
+# Relative difference between masses on the left and right that exceeds rounding.
 _TWIN = 0.01
-# Words for the sides of a robot within a name, and letters that begin or end one.
+# Words for the sides of a robot within a name, and letters for them at its beginning or end.
 _WORDS = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"))
 _LETTERS = (("l", "r"), ("L", "R"))
 
 
 def list_implausible(arm: ReducedArm) -> list[str]:
-    """Lists implausible values of an arm's links and joints, a sentence for each kind, with the numbers."""
+    """Lists implausible values of an arm's links and joints: one sentence for each kind, with the numbers."""
     return [*_list_of_links(arm), *_list_of_joints(arm), *_list_twins(arm)]
 
 
-def find_lengths(arm: ReducedArm) -> list[float]:
-    """Finds the distance from each joint to the next, and from the last to the tip, [m]."""
+def compute_lengths(arm: ReducedArm) -> list[float]:
+    """Computes the distance from each joint to the next, and from the last to the tip, [m]."""
     ends = [*(link.X_PL for link in arm.links[1:]), arm.X_LT]
     return [float(np.linalg.norm(X.translation())) for X in ends]
 
 
 def is_nearly_massless(arm: ReducedArm) -> bool:
     """Returns True if an arm is lighter than the thinnest structure of its length."""
-    return arm.mass < _BARE_TUBE * sum(find_lengths(arm))
+    return arm.mass < _BARE_TUBE * sum(compute_lengths(arm))
 
 
 def _list_of_links(arm: ReducedArm) -> Iterator[str]:
-    lengths = find_lengths(arm)
+    lengths = compute_lengths(arm)
     reach = sum(lengths)
     away, wide, placed, points, heavy = (list[str]() for _ in range(5))
     for link, length in zip(arm.links, lengths, strict=True):
         mass, p_com = link.inertial.mass, float(np.linalg.norm(link.inertial.place))
         if not mass:
             continue
-        # A link may reach back to the joint before it, and out to whatever is fixed to it.
+        # A link may extend back to the previous joint, and out to the bodies that are fixed to it.
         before = float(np.linalg.norm(link.X_PL.translation()))
         size = _WIDTH + max(length, before) + max(float(np.linalg.norm(X.translation())) for _, X in link.bodies)
         if p_com > size + reach:
             away.append(f"{link.name} {p_com:.3g} m")
             continue
         size += p_com
-        gyration = _find_gyration(link)
+        gyration = _compute_gyration(link)
         if gyration > size:
             (wide if gyration > _OTHER_UNIT * size else placed).append(f"{link.name} {gyration:.3g} m")
         elif gyration < _POINT * length:
@@ -78,17 +78,17 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
     if placed:
         yield f"radii of gyration beyond the links, {on_arm}: {', '.join(placed)}; are moments placeholders?"
     if points:
-        yield f"radii of gyration as of points, {on_arm}: {', '.join(points)}; are moments of inertia missing?"
+        yield f"radii of gyration like points', {on_arm}: {', '.join(points)}; are moments of inertia missing?"
     if heavy:
-        yield f"links heavier than steel of their size, {on_arm}: {', '.join(heavy)}; are they in grams?"
+        yield f"links heavier than steel of their size, {on_arm}: {', '.join(heavy)}; are masses in grams?"
     if is_nearly_massless(arm):
         yield (
             f"the arm of {reach:.3g} m has {arm.mass:.2g} kg, less than a thin aluminium tube ({_BARE_TUBE:g} kg/m): "
-            "masses are missing or placeholders"
+            "are masses missing or placeholders?"
         )
 
 
-def _find_gyration(link: ReducedLink) -> float:
+def _compute_gyration(link: ReducedLink) -> float:
     """Computes the largest radius of gyration of a link, [m]."""
     Ixx, Iyy, Izz, Ixy, Ixz, Iyz = link.inertial.moments
     largest = np.linalg.eigvalsh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])[-1]
@@ -103,7 +103,7 @@ def _list_of_joints(arm: ReducedArm) -> Iterator[str]:
     if limited and len(limited) == len(ranges) and max(limited.values()) < _NARROW:
         most = math.degrees(max(limited.values()))
         yield (
-            f"no joint turns by more than {most:.2g} degrees: radians that were read as degrees? "
+            f"no joint turns by more than {most:.2g} degrees: were radians read as degrees? "
             'An MJCF needs <compiler angle="radian"/>'
         )
     fast = [f"{each.joint} {each.velocity:g}" for each in arm.links if _FASTEST < each.velocity < math.inf]
@@ -115,7 +115,7 @@ def _list_of_joints(arm: ReducedArm) -> Iterator[str]:
     ):
         if len(values) > 1 and len(set(values)) == 1 and _is_power_of_ten(values[0]):
             option = "effort" if name == "torque" else name
-            yield f"every joint has a {name} limit of {values[0]:g} {unit}: a placeholder? --{option} gives others"
+            yield f"every joint has a {name} limit of {values[0]:g} {unit}: a placeholder? --{option} overrides it"
 
 
 def _is_power_of_ten(value: float) -> bool:
@@ -123,7 +123,7 @@ def _is_power_of_ten(value: float) -> bool:
 
 
 def _list_twins(arm: ReducedArm) -> Iterator[str]:
-    """Lists links whose mass differs from that of the link on the robot's other side, by their names."""
+    """Lists links whose mass differs from that of their counterpart on the robot's other side, found by name."""
     plant = arm.tree.plant
     masses = {
         arm.tree.key(body): float(body.default_mass())
@@ -138,11 +138,11 @@ def _list_twins(arm: ReducedArm) -> Iterator[str]:
             mass, of_twin = masses[name], masses[other]
             if abs(mass - of_twin) > _TWIN * max(mass, of_twin):
                 told.add(other)
-                yield f"link {name} has {mass:.3g} kg, and its twin {other} {of_twin:.3g} kg"
+                yield f"link {name} has {mass:.3g} kg, but its twin {other} has {of_twin:.3g} kg"
 
 
 def _name_twins(name: str) -> Iterator[str]:
-    """Lists names with one side in place of the other."""
+    """Lists the names of a link's possible counterparts: left and right swapped."""
     for one, other in (*_WORDS, *(pair[::-1] for pair in _WORDS)):
         if one in name:
             yield name.replace(one, other)

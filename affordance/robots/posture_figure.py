@@ -1,4 +1,4 @@
-"""Picture of an imported arm at home: rendered, its joints, and the hand's frame with a tool in it."""
+"""Figure of an imported arm in its home posture: rendering, joints, and hand frame with a tool."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,19 +20,19 @@ from affordance.reporting.object_drawings import Drawing, compute_limits, draw_o
 from affordance.reporting.renderings import Pose, render_poses
 
 _WIDTH, _HEIGHT = 720, 540
-# Tool that shows how things are held; length of the drawn axes, [cm], and part of it from which one is seen.
+# Tool that shows how objects are held; length of the drawn axes, [cm]; shortest drawn fraction of it that is visible.
 _HAMMER, _ARROW, _SEEN = "claw hammer", 9.0, 0.3
 
 
 def draw_posture(models: Path) -> Figure:
-    """Draws the arm at home with an object, its joints from the right and above, and the hand's frame with a tool."""
+    """Plots the arm in its home posture: rendered with an object, its joints from two sides, and the hand frame."""
     arm = load_arm(models / ARM.name)
     tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
     longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
     try:
         (picture,) = render_poses(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
     except UnavailableError:
-        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # only the joints are drawn
+        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # without a renderer, only the joints are drawn
     context: Any = arm.plant.CreateDefaultContext()
     joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
     hand: Any = arm.hand.CalcPoseInWorld(context)
@@ -60,10 +60,10 @@ def draw_posture(models: Path) -> Figure:
 
 
 def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
-    """Draws the axes of the hand with a hammer in it, as seen from the right: world's x ahead, z up."""
+    """Plots the hand's axes with a hammer in the hand, seen from the right: world x forward, z up."""
     hammer = next(tool for tool in load_tools(MODELS / "workshop" / "tools.yaml") if tool.name == _HAMMER)
     held = hammer.gripped_by(hammer.grips[0])
-    R_VH = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) @ R_WH  # V the view, looking along -Vz
+    R_VH = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) @ R_WH  # V: view along -Vz
     X_VH = np.eye(4)
     X_VH[:3, :3] = R_VH
     parts = tuple(replace(part, X_TE=X_VH @ part.X_TE) for part in held.components)

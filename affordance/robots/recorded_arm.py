@@ -1,7 +1,7 @@
-"""Arm of a robot's file for identification: a chain of joints, and the inertia of its links.
+"""Reads an arm for identification from a robot's file: a chain of joints, and its links' inertias.
 
-Nothing is written and no limits are needed, as nothing will move. Joints outside the chain are frozen at their
-default; what they carry is added to the link of the chain that carries them.
+Nothing is written, and no limits are needed because nothing will move. Joints outside the chain are frozen at their
+defaults, and the bodies beyond them are added to the link of the chain that carries them.
 """
 
 from pathlib import Path
@@ -27,12 +27,12 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
 
     Args:
         path: URDF, SDF or MJCF file, Drake model directives (.dmd.yaml), or a folder that ``import_arm`` wrote.
-        tip: Link (or frame) to which the payload is fixed.
-        base: Link in which gravity and poses are expressed and above which no joint moves; None to find where
-            the limb begins, and from there the uppermost link that is fixed to the next.
+        tip: Link or frame to which the payload is fixed.
+        base: Link in which gravity and poses are expressed and above which no joint moves; None for the uppermost
+            link that is fixed to the link where the limb begins.
 
     Raises:
-        BadValueError: The file cannot be read, or lacks the tip or the base, or joints between them are not
+        BadValueError: The file cannot be read, the tip or the base is not in it, a joint between them is not
             revolute, or a link of the chain has an impossible inertia.
         ModelFileError: Drake cannot parse the file.
     """
@@ -54,7 +54,7 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
 
 
 def _build_directives(path: Path) -> RobotTree:
-    """Builds the robot of Drake model directives, the format of our own arms."""
+    """Builds a robot from Drake model directives, the format of the program's own arms."""
     if not path.exists():
         raise ModelFileError(path, "does not exist")
     plant = MultibodyPlant(0.0)
@@ -64,7 +64,7 @@ def _build_directives(path: Path) -> RobotTree:
 
 
 def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
-    """Finds the uppermost link that the base is fixed to, in which drivers give gravity and poses."""
+    """Finds the uppermost link that the base is fixed to; drivers express gravity and poses in it."""
     for joint in tree.climb(base):
         if joint.num_velocities() or joint.parent_body().name() == "world":
             break

@@ -1,7 +1,7 @@
-"""Arm alone, with every body that is fixed to a link merged into that link.
+"""Arm without the rest of its robot, with bodies that are fixed to a link merged into that link.
 
-Frames: L the frame of a link, that is the frame, on the moving side, of the joint that carries the link; B the base;
-H the hand, at the tip, Hx pointing out of it.
+Frames: L a link, which is the moving frame of the joint that carries it; B the base; H the hand, at the tip, with Hx
+pointing out of the hand.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,33 +20,33 @@ from affordance.robots.description import Inertial
 from affordance.robots.tree import RobotTree
 from affordance.robots.xacro_file import AS_IT_IS, XacroOptions
 
-# Fields whose options of the command line have another name.
+# Command-line options whose names differ from those of their fields.
 _OPTIONS = {"height": "base_height"}
 
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """Options of an import that the user gives in addition to the file.
+    """Options of an import, in addition to the robot's file.
 
     Attributes:
-        tip: Link or frame at the end of the arm, where it holds objects; empty for that of the longest limb.
-        base: Link that is fixed to the world; None to find one.
-        out_axis: Axis of the tip that points out of the hand; None to find one.
-        posture: Values of joints, [rad] or [m]: joints outside the arm are frozen there, the arm's own are fixed
-            there in the home posture.
-        rotor_inertia: Reflected inertia of rotor and gears by joint; the empty name applies to every joint, [kg m^2].
-        effort: Torque limits that replace the file's, by joint; the empty name applies to every joint, [N m].
-        velocity: Velocity limits that replace the file's, by joint; the empty name applies to every joint, [rad/s].
+        tip: Link or frame at the end of the arm, where it holds objects; empty for the end of the longest limb.
+        base: Link that is fixed to the world; None to search for it.
+        out_axis: Axis of the tip that points out of the hand; None to search for it.
+        posture: Positions of joints, [rad] or [m]. Joints outside the arm are frozen there; the home posture keeps
+            the arm's own joints there.
+        rotor_inertia: Reflected inertia of rotor and gears, [kg m^2], by joint; the empty name is for every joint.
+        effort: Torque limits, [N m], that replace the file's, by joint; the empty name applies to every joint.
+        velocity: Velocity limits, [rad/s], that replace the file's, by joint; the empty name applies to every joint.
         damping: True to keep the file's damping.
         height: Height of the base above the world's origin, [m]; None for the file's.
         up: Axis of the robot's root that points up; None for the file's: z, unless its gravity says otherwise.
-        roll: Angle about the hand's x by which the hand is turned from the axes of the tip, [rad]: how the gripper
-            is mounted. None to turn the hand so that its z is up at home.
-        mend_inertia: True to replace impossible inertias of the arm by the nearest possible ones, even where that
-            matters.
-        gravcomp: True to respect that the file lets the simulator carry links, which is refused; False for motors
-            that carry them.
-        xacro: How a xacro template is expanded.
+        roll: Angle about the hand's x by which the hand is turned from the axes of the tip, [rad], depending on how
+            the gripper is mounted. None to turn the hand so that its z is up in the home posture.
+        mend_inertia: True to replace impossible inertias of the arm with the nearest possible ones even if they are
+            not negligible.
+        gravcomp: True to respect gravity compensation by the simulator (MuJoCo's gravcomp), which raises an error if
+            a link of the arm has it; False to ignore it, so that the motors carry all links.
+        xacro: Options for the expansion of a xacro template.
 
     Example:
         >>> from affordance import ImportOptions
@@ -71,7 +71,7 @@ class ImportOptions:
     xacro: XacroOptions = AS_IT_IS
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for a value of another kind; what fits the file is checked with it."""
+        """Raises a BadArgumentError for values of the wrong kind; names are checked later, with the file."""
         for name in ("tip", "base", "out_axis", "up"):
             if getattr(self, name) is not None or name == "tip":
                 check_kind(name, getattr(self, name), str)
@@ -84,7 +84,7 @@ class ImportOptions:
                 check_number(name, getattr(self, name))
 
     def list_given(self) -> list[str]:
-        """Lists the options of the command line whose values are not their defaults."""
+        """Lists the command-line options whose values are not the defaults."""
         defaults = ImportOptions()
         return [
             f"--{_OPTIONS.get(each.name, each.name).replace('_', '-')}"
@@ -99,16 +99,16 @@ class ReducedLink:
 
     name: str  # name of the joint's own link
     joint: str
-    X_PL: RigidTransform  # pose of L in the previous link, B for the first, with the joint at zero
+    X_PL: RigidTransform  # pose of L in the previous link (B for the first) with the joint at zero
     axis: tuple[float, ...]  # axis of the joint, in L, (3,)
     lower: float  # position limit, [rad]
     upper: float  # position limit, [rad]
     velocity: float  # velocity limit, [rad/s]
-    acceleration: float | None  # acceleration limit, [rad/s^2]; None where the file gives none
+    acceleration: float | None  # acceleration limit, [rad/s^2]; None if the file gives none
     effort: float  # torque limit, [N m]
     damping: float  # [N m s/rad]
     rotor_inertia: float  # reflected inertia of rotor and gears at the joint, [kg m^2]
-    inertial: Inertial  # inertia of all that moves with the link, in L
+    inertial: Inertial  # inertia of everything that moves with the link, in L
     # Names of the merged links, the joint's own first, with their poses in L.
     bodies: tuple[tuple[str, RigidTransform], ...]
 
@@ -120,17 +120,17 @@ class ReducedArm:
     tree: RobotTree
     chain: Chain  # joints of the arm in the robot
     options: ImportOptions
-    X_WB: RigidTransform  # pose of the base, as read with the robot's root upright at the world's origin
+    X_WB: RigidTransform  # pose of the base with the robot's root upright at the world's origin
     links: tuple[ReducedLink, ...]  # links from base to tip
-    X_LT: RigidTransform  # pose of the tip's frame of the file in the last link
+    X_LT: RigidTransform  # pose of the file's tip frame in the last link
     X_LH: RigidTransform  # pose of the hand in the last link: the tip's, turned so that Hx points out of the hand
-    out_axis: str  # axis of the tip's frame that points out of the hand, such as ``-z``
+    out_axis: str  # axis of the tip frame that points out of the hand, such as ``-z``
     roll: float  # angle about Hx by which the hand is turned from the tip's axes, [rad]
     # Names of the base and the links above it, with their poses in B.
     base_bodies: tuple[tuple[str, RigidTransform], ...]
-    frozen: Mapping[str, float]  # values of the frozen joints, [rad] or [m]
-    mended: tuple[str, ...]  # names of the links whose impossible inertia was replaced by the nearest possible one
-    why_tip: str = ""  # how the tip was chosen, and what else there is; empty if it was given
+    frozen: Mapping[str, float]  # positions of the frozen joints, [rad] or [m]
+    mended: tuple[str, ...]  # names of the links whose impossible inertia was replaced with the nearest possible one
+    why_tip: str = ""  # how the tip was chosen, and the other ends; empty if it was given
 
     @property
     def up(self) -> str:
@@ -148,7 +148,7 @@ class ReducedArm:
         return [link.joint for link in self.links]
 
     def roll_hand(self, angle: float) -> "ReducedArm":
-        """Turns the hand about its x by an angle, [rad], in addition to how it is turned already."""
+        """Returns the arm with its hand turned about the hand's x by a further angle, [rad]."""
         if angle == 0.0:
             return self
         X_LH = self.X_LH @ RigidTransform(RotationMatrix.MakeXRotation(angle))
@@ -156,17 +156,18 @@ class ReducedArm:
 
     @property
     def mass(self) -> float:
-        """Mass of all that moves, [kg]."""
+        """Mass of all moving links, [kg]."""
         return sum(link.inertial.mass for link in self.links)
 
 
 def reduce_arm(
     tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[str, float], options: ImportOptions
 ) -> ReducedArm:
-    """Reduces a chain of a robot to an arm, in a context with the chain at zero and other joints frozen.
+    """Extracts a chain of a robot as an arm; the context has the chain at zero and other joints frozen.
 
-    One BadValueError is raised for all links of an impossible inertia, and joints with impossible limits, no torque
-    limit or a velocity limit of zero; another one for an option that names a joint that the arm has not.
+    Raises:
+        BadValueError: Links have impossible inertias, joints have impossible limits, no torque limit or a velocity
+            limit of zero (one error names all of them), or an option names a joint that the arm does not have.
     """
     names = [joint.name() for joint in chain.joints]
     by_kind = {"effort": options.effort, "velocity": options.velocity, "rotor_inertia": options.rotor_inertia}
@@ -210,7 +211,7 @@ def reduce_arm(
     X_LT = _compose(tree, context, before, chain.tip)
     axis = options.out_axis or find_out_axis(X_LT, [link.X_PL for link in links])
     X_LH = X_LT @ RigidTransform(_turn_to(axis))
-    if X_LH.rotation().IsNearlyIdentity(1e-15):  # but for rounding
+    if X_LH.rotation().IsNearlyIdentity(1e-15):  # up to rounding
         X_LH = RigidTransform(X_LH.translation())
     base_frame = chain.base.body_frame()
     support = sorted({int(body.index()) for body in (chain.base, *tree.list_above(chain.base))} - {0})
@@ -242,7 +243,7 @@ def _place(
 def find_out_axis(X_LT: RigidTransform, X_PLs: list[RigidTransform]) -> str:
     """Finds the axis of the tip that points out of the hand.
 
-    The axis is the signed one nearest to the line to the tip from the last joint that is more than 3 cm from it.
+    It is the signed axis closest to the line from the last joint to the tip, ignoring joints within 3 cm of the tip.
     """
     p_T = X_LT.translation()  # from the current joint to the tip, in that joint's frame
     R_JT = X_LT.rotation().matrix()
@@ -267,12 +268,12 @@ def _turn_to(axis: str) -> RotationMatrix:
 
 def turn_up(axis: str) -> RigidTransform:
     """Computes the rotation that makes a signed axis of the robot's root point up."""
-    # Inverse of the rotation that puts x along the axis, followed by one that puts x along z.
+    # First undo the rotation that turns x to the axis, then turn x to z.
     return RigidTransform(RotationMatrix.MakeYRotation(-0.5 * np.pi) @ _turn_to(axis).inverse())
 
 
 def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> RigidTransform:
-    """Computes the pose of a frame in another one above it; passing through the world would cost the last digits."""
+    """Computes the pose of a frame in a frame above it, joint by joint; a detour via the world loses digits."""
     X = last.GetFixedPoseInBodyFrame()
     body = last.body()
     while body.index() != first.body().index():
@@ -289,7 +290,7 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
 
 
 def sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
-    """Computes the combined inertia of bodies in a frame; a single body keeps the numbers of the file."""
+    """Computes the combined inertia of bodies in a frame; a single body keeps the file's numbers."""
     if len(bodies) == 1 and frame.GetFixedPoseInBodyFrame().IsExactlyIdentity():
         written = tree.description.inertials.get(tree.key(bodies[0]))
         if written is not None and written.in_link:

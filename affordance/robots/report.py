@@ -1,4 +1,4 @@
-"""Report of an import, as text and as a page with pictures of the posture: what was taken, assumed and left out."""
+"""Report of an import, as text and as an HTML page: what was imported, assumed and left out."""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,11 +16,12 @@ from affordance.robots.posture_figure import draw_posture
 from affordance.robots.reduced_arm import ReducedArm
 
 TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture.png"
-# Fraction of a joint's torque limit that damping takes at full velocity, above which it was hardly measured.
+# If damping takes more than this fraction of a joint's torque limit at full velocity, it was hardly ever measured.
 _MUCH_DAMPING = 0.5
-# Reflected inertia below that of any geared motor: the file contains none, [kg m^2].
+# Reflected inertia less than any geared motor's, so the file does not contain it, [kg m^2].
 _NO_ROTOR = 1e-3
-# Static payload over arm mass above which torque limits look like placeholders; the largest of twenty robots is 4.1.
+# Ratio of static payload to arm mass above which torque limits look like placeholders; the largest of twenty robots
+# is 4.1.
 _MANY_WEIGHTS = 5.0
 _MANY, _HEAVIEST = 12, 3
 
@@ -36,7 +37,7 @@ class ReportPart(NamedTuple):
 def write_report(
     models: Path, arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks: Sequence[str]
 ) -> None:
-    """Writes ``report.txt``, ``report.html`` and a picture into a folder of models."""
+    """Writes ``report.txt``, ``report.html`` and a picture into a model folder."""
     parts = _list_parts(arm, home, fitted, looks)
     title = f"The arm of {arm.tree.description.path.name}, to {arm.options.tip}"
     figure = draw_posture(models)
@@ -67,17 +68,17 @@ def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks
     holding = [
         f"distance from shoulder to hand: {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m",
         f"the arm's weight takes {100.0 * home.empty_load:.0f} % of the torque limit of the most loaded joint; "
-        f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
+        f"with {TEST_MASS:g} kg at {100.0 * TEST_DISTANCE:g} cm from the hand, {100.0 * home.load:.0f} %",
         describe_payload(home),
-        "torques of the arm's own weight there (N m): "
+        "torques for the arm's own weight in this posture (N m): "
         + ", ".join(f"{name} {torque:.3g}" for name, torque in zip(arm.joint_names, home.own, strict=True)),
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
-        f"the hand's z, which is up in drawings of tools: {np.degrees(home.tilt):.3g} degrees from up",
+        f"angle between up and the hand's z, which is up in drawings of tools: {np.degrees(home.tilt):.3g} degrees",
     ]
     if fitted is None:
         adapted = "not adapted"
     elif fitted.changes:
-        adapted = "changed to what is feasible:"
+        adapted = "changed to be feasible:"
     else:
         adapted = "nothing was changed" if fitted.lacks else "paths, blow and objects are feasible"
     changes, lacks = fitted or ((), {})
@@ -100,28 +101,28 @@ def _list_taken(arm: ReducedArm) -> Iterator[str]:
     yield f"{len(arm.links)} joints from {arm.base} to {options.tip}: {', '.join(arm.joint_names)}"
     if arm.why_tip:
         yield arm.why_tip
-    yield f"base: {arm.base}, as {arm.chain.why_base}"
-    found = "the axis nearest to the line from the last joints; --out-axis overrides"
+    yield f"base: {arm.base}, because {arm.chain.why_base}"
+    found = "the axis closest to the line from the last joints; --out-axis overrides it"
     yield f"axis out of the hand: {arm.out_axis} of {options.tip} ({'as given' if options.out_axis else found})"
     yield describe_roll(arm)
     if merged := [f"{len(link.bodies) - 1} to {link.name}" for link in arm.links if len(link.bodies) > 1]:
-        yield f"links that move with another were added to it: {', '.join(merged)}"
+        yield f"links merged into the link they are fixed to: {', '.join(merged)}"
     yield f"mass of the arm: {arm.mass:.3g} kg"
 
 
 def describe_payload(home: HomePosture) -> str:
-    """Describes what an arm holds at rest: in the hand, and farther out, as tools are."""
+    """Describes an arm's static payload: in the hand, and farther out like a tool."""
     return (
         f"static payload at home {format_number(home.payload_in_hand)} kg in the hand, {format_number(home.payload)} "
-        f"kg {100.0 * TEST_DISTANCE:g} cm out of it, limited by {home.weakest}"
+        f"kg at {100.0 * TEST_DISTANCE:g} cm from it, limited by {home.weakest}"
     )
 
 
 def describe_roll(arm: ReducedArm) -> str:
-    """Describes how the hand, in whose frame tools are gripped, is turned about its x."""
-    why = "so that its z is up at home; --roll says how the gripper is mounted"
+    """Describes how the hand frame, in which tools are gripped, is turned about its x."""
+    why = "so that its z is up at home; if the gripper is mounted otherwise, give --roll"
     if arm.options.roll is not None:
-        why = "as --roll says"
+        why = "as given by --roll"
     return (
         f"roll of the hand: {np.degrees(arm.roll):.4g} degrees about its x from the axes of {arm.options.tip}, {why}"
     )
@@ -130,7 +131,7 @@ def describe_roll(arm: ReducedArm) -> str:
 def _list_assumed(arm: ReducedArm) -> Iterator[str]:
     options = arm.options
     yield (
-        f"the base is fixed to the world, {arm.up} of the robot's root pointing up, and turned so that the hand "
+        f"the base is fixed to the world, with {arm.up} of the robot's root pointing up, and turned so that the hand "
         "points forward"
     )
     if arm.frozen:
@@ -145,30 +146,30 @@ def _list_assumed(arm: ReducedArm) -> Iterator[str]:
         yield f"no velocity limit: {', '.join(fast)}"
     if bare := [link.joint for link in arm.links if link.rotor_inertia < _NO_ROTOR]:
         some = "every joint" if len(bare) == len(arm.links) else ", ".join(bare)
-        gives = "--rotor-inertia gives it, as in --rotor-inertia 0.1 (kg m^2)"
-        yield f"no inertia of rotors and gears, for {some}; {gives}"
+        gives = "set it with --rotor-inertia, for example --rotor-inertia 0.1 (kg m^2)"
+        yield f"no inertia of rotors and gears for {some}; {gives}"
     for kind, given in (("torque", options.effort), ("velocity", options.velocity)):
         if given:
             some = "" if "" in given else f", for {', '.join(given)}"
-            yield f"limits of {kind} are those that were given, not the file's{some}"
+            yield f"{kind} limits as given, not the file's{some}"
     if endless := [joint.name() for joint in arm.chain.joints if not arm.tree.note(joint).has_range]:
-        yield f"unlimited, as their position limits are missing: {', '.join(endless)}"
+        yield f"unlimited because their position limits are missing: {', '.join(endless)}"
     if light := [link.name for link in arm.links if link.inertial.mass == 0.0]:
-        yield f"no mass: {', '.join(light)}, as the file has it"
+        yield f"no mass, as in the file: {', '.join(light)}"
 
 
 def list_dropped(arm: ReducedArm) -> Iterator[str]:
-    """Lists contents of the file that the arm lacks."""
+    """Lists contents of the file that were left out."""
     tree, description = arm.tree, arm.tree.description
     of_arm = {joint.name(): tree.note(joint) for joint in arm.chain.joints}
     if friction := [f"{name} {notes.friction:g}" for name, notes in of_arm.items() if notes.friction]:
-        yield f"Coulomb friction (N m), which Drake's joints do not know: {', '.join(friction)}"
+        yield f"Coulomb friction (N m), which Drake's joints do not have: {', '.join(friction)}"
     if springs := [f"{name} {notes.stiffness:g}" for name, notes in of_arm.items() if notes.stiffness]:
         yield f"springs (N m/rad): {', '.join(springs)}"
     if not arm.options.damping:
         yield "damping of all joints, as requested"
     yield from list_couplings(arm)
-    yield "collision shapes: only the object that is held touches anything, the nail"
+    yield "collision shapes: the only contact is between the held object and the nail"
     yield from description.dropped
     mended = {link: fault for link, (fault, _) in description.mended.items() if link not in arm.mended}
     for link, fault in {**description.faults, **mended}.items():
@@ -192,7 +193,7 @@ def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
     if home.payload > _MANY_WEIGHTS * arm.mass and not is_nearly_massless(arm):
         yield (
             f"static payload {format_number(home.payload)} kg, mass of the arm {arm.mass:.3g} kg: the "
-            "torque limits may be placeholders; --effort gives others"
+            "torque limits may be placeholders; --effort overrides them"
         )
     if home.empty_load > 1.0:
         efforts = [link.effort for link in arm.links]
@@ -201,37 +202,37 @@ def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
         heaviest = sorted(arm.links[worst:], key=lambda link: -link.inertial.mass)[:_HEAVIEST]
         weights = ", ".join(f"{link.name} {link.inertial.mass:.3g} kg" for link in heaviest)
         yield (
-            f"the arm cannot bear itself at home: {arm.joint_names[worst]} would need {needed:.3g} N m, "
+            f"the arm cannot carry its own weight at home: {arm.joint_names[worst]} would need {needed:.3g} N m, "
             f"its limit is {efforts[worst]:.3g} N m; the heaviest links that it carries are {weights}"
         )
     elif home.load > 1.0:
         yield (
-            f"no level posture holds {TEST_MASS:g} kg {100.0 * TEST_DISTANCE:g} cm out of the hand within the torque "
-            f"limits: {100.0 * home.load:.0f} % in the best one"
+            f"no posture with a level hand holds {TEST_MASS:g} kg at {100.0 * TEST_DISTANCE:g} cm from the hand "
+            f"within the torque limits: the best one needs {100.0 * home.load:.0f} %"
         )
     if home.tilt > UPRIGHT:
         yield (
-            f"the hand's z points {np.degrees(home.tilt):.3g} degrees from up at home, and tools are held turned by "
-            "as much; another --roll or --posture turns it up"
+            f"the hand's z points {np.degrees(home.tilt):.3g} degrees away from up at home, so tools are held tilted "
+            "by this angle; another --roll or --posture can turn it up"
         )
     for remark in arm.tree.remarks:
         yield f"Drake says: {remark}"
 
 
 def list_couplings(arm: ReducedArm) -> Iterator[str]:
-    """Describes the joints that follow another one, and are frozen; nothing if there are none."""
+    """Lists a sentence about joints that follow another joint and are frozen, if there are any."""
     if couplers := [name for name, notes in arm.tree.description.joints.items() if notes.mimic is not None]:
         more = f" and {len(couplers) - _MANY} more" if len(couplers) > _MANY else ""
-        yield f"couplings of joints, which are frozen where they follow to: {', '.join(couplers[:_MANY])}{more}"
+        yield f"couplings of joints, each frozen where its leader puts it: {', '.join(couplers[:_MANY])}{more}"
 
 
 def list_remarks(arm: ReducedArm) -> Iterator[str]:
-    """Lists what the file says twice, leaves out or contradicts, of the robot and of the arm's links and joints."""
+    """Lists duplicates, omissions and contradictions in the file that concern the arm."""
     description = arm.tree.description
     yield from description.remarks
     if len(arm.tree.roots) > 1 and description.kind == "urdf":
         roots = ", ".join(arm.tree.roots)
-        yield f"{len(arm.tree.roots)} links have no parent, and each is fixed to the world: {roots}"
+        yield f"{len(arm.tree.roots)} links have no parent and are fixed to the world: {roots}"
     if arm.chain.above:
         yield f"the arm begins at {arm.base}: {arm.chain.above}"
     bodies = [name for link in arm.links for name, _ in link.bodies]
@@ -241,8 +242,8 @@ def list_remarks(arm: ReducedArm) -> Iterator[str]:
             yield f"{element} {remark}"
     for name in arm.mended:
         fault, written = description.mended[name]
-        nearest = "the nearest possible one" if written.mass > 0.0 else "none"
-        yield f"link {name} {fault}; {nearest} replaces it"
+        nearest = "the nearest possible one" if written.mass > 0.0 else "no inertia"
+        yield f"link {name} {fault}; {nearest} is used instead"
 
 
 def _write_text(title: str, parts: Sequence[ReportPart]) -> str:

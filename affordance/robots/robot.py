@@ -1,4 +1,4 @@
-"""Robot as one thing: its arm, its tasks and its objects, all from one folder of models."""
+"""Robot with its arm, tasks and objects, all from one model folder."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,18 +17,18 @@ from affordance.plant.arm import ARM, Arm, JointLimits, name_robot
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import SerialChain
-from affordance.robots.home import UPRIGHT, measure_tilt
+from affordance.robots.home import UPRIGHT, compute_tilt
 from affordance.robots.recorded_arm import load_robot
 
 
 @dataclass(frozen=True)
 class Robot:
-    """Robot that is loaded from a folder of models such as ``import_arm`` writes; by default the paper's arm.
+    """Robot loaded from a model folder, such as ``import_arm`` writes; by default the paper's arm.
 
-    ``identify``, ``rank`` and ``TrialRunner`` take one. Everything is read when it is asked for.
+    ``identify``, ``rank`` and ``TrialRunner`` accept it. Files are read when a property is first used.
 
     Attributes:
-        folder: Folder of models.
+        folder: Model folder.
 
     Example:
         >>> from affordance import Robot
@@ -40,7 +40,7 @@ class Robot:
     folder: Path = MODELS
 
     def __post_init__(self) -> None:
-        """Raises a BadValueError for something other than a folder, or a folder without an arm."""
+        """Raises a BadValueError if the path is not a folder, or the folder contains no arm."""
         folder = check_path("folder", self.folder)
         if not folder.is_dir():
             raise BadValueError(folder, "", "is not a folder, must be one that import-arm wrote")
@@ -50,16 +50,16 @@ class Robot:
 
     @classmethod
     def load(cls, folder: StrPath = MODELS) -> "Robot":
-        """Opens the robot of a folder of models; ``open_robot`` of robots.kept opens those of robots' files too.
+        """Opens the robot of a model folder; ``open_robot`` in robots.kept also opens robots' files.
 
         Raises:
-            BadValueError: It is no folder, or holds no arm.
+            BadValueError: The path is not a folder, or the folder contains no arm.
         """
         return cls(check_path("folder", folder))
 
     @property
     def name(self) -> str:
-        """Name of the folder, without the digest of a kept import, or "the paper's arm"."""
+        """Name of the folder without the digest of a cached import, or "the paper's arm"."""
         return name_robot(self.directives)
 
     @property
@@ -69,7 +69,7 @@ class Robot:
 
     @property
     def directives(self) -> Path:
-        """Drake model directives of the arm, as ``Settings.arm`` takes them."""
+        """Path of the arm's Drake model directives, for ``Settings.arm``."""
         return self.folder / ARM.name
 
     @property
@@ -93,43 +93,43 @@ class Robot:
 
     @property
     def home(self) -> Array:
-        """Joint angles of the holding posture, (num_joints,), [rad]."""
+        """Joint angles of the home posture, (num_joints,), [rad]."""
         return self.arm.home
 
     def describe_tilt(self) -> str:
-        """Describes how the hand is turned in the holding posture, if its z is not up; empty if it is.
+        """Describes the tilt of the hand in the home posture; empty if its z is up.
 
-        Folders that earlier versions imported may hold such a hand: its roll was then what the search had left.
+        Arms imported by earlier versions may have a tilted hand, because the posture search did not determine its
+        roll.
         """
         model = ArmModel(self.arm)
         model.set_posture(self.home)
-        tilt = measure_tilt(model.compute_hand_pose().rotation().matrix())
+        tilt = compute_tilt(model.compute_hand_pose().rotation().matrix())
         if self.is_default or tilt <= UPRIGHT:
             return ""
         return (
-            f"the hand's z points {np.degrees(tilt):.3g} degrees from up at home in {self.folder}, and tools are "
-            "held turned by as much; import the robot again to turn it up (--roll says how the gripper is mounted)"
+            f"the hand's z points {np.degrees(tilt):.3g} degrees away from up at home in {self.folder}, so tools are "
+            "held tilted by this angle; import the robot again to turn it up (with --roll if the gripper is turned)"
         )
 
     @cached_property
     def chain(self) -> SerialChain:
-        """Chain of joints and links up to the hand, by which ``identify`` identifies payloads."""
+        """Chain of joints and links up to the hand, with which ``identify`` identifies payloads."""
         return load_robot(self.directives)
 
     @property
     def tasks(self) -> tuple[str, ...]:
-        """Names of the tasks of its folder."""
+        """Names of the tasks in the folder."""
         return list_tasks(self.folder)
 
     def count_past_arms(self, memory: str | None) -> int:
-        """Counts the trials of a memory, if there is one, that the robot made with another arm than it has now."""
+        """Counts the trials in a memory that this robot made with a different arm; 0 without a memory."""
         return count_past_arms(memory or "", name_robot(self.directives), lambda: self.chain.fingerprint)
 
     def load_task(self, name: str) -> TaskCostModel:
-        """Loads one of its tasks.
+        """Loads one of the robot's tasks.
 
         Raises:
-            BadValueError: There is no such task, its file is invalid, or the arm cannot take its posture; the message
-                names it and the fault.
+            BadValueError: There is no such task, its file is invalid, or the arm cannot assume the task's posture.
         """
         return load_task(self.folder, name, self.arm)

@@ -1,4 +1,4 @@
-"""Reader of SDF files: the part that Drake needs, and the part that Drake ignores."""
+"""Reads SDF files: what Drake parses, and what Drake ignores."""
 
 import math
 from collections.abc import Iterator
@@ -19,9 +19,9 @@ _NO_PLACE = (0.0, 0.0, 0.0)
 
 
 def read_sdf(path: Path, root: Element) -> Description:
-    """Reads an SDF file; raises a BadValueError for an invalid value, or a name that is used twice."""
-    if root.find(".//include") is not None:  # Drake would search everywhere, and the network
-        raise BadValueError(path, "include", "is not read here, must be written out")
+    """Reads an SDF file; an invalid value, or a name that is used twice, raises a BadValueError."""
+    if root.find(".//include") is not None:  # Drake would search everywhere, even the network
+        raise BadValueError(path, "include", "is not supported, must be expanded")
     ElementTree.register_namespace("drake", _DRAKE.strip("{}"))
     numbers, robot = Numbers(path), Description(path, "sdf")
     for scope, model in _list_models(root, path):
@@ -29,7 +29,7 @@ def read_sdf(path: Path, root: Element) -> Description:
             robot.add_visuals(name, [_read_visual(each, numbers, key) for each in link.findall("visual")])
             inertial = link.find("inertial")
             if inertial is None:
-                robot.faults[name] = "has no <inertial>, for which SDF puts 1 kg"
+                robot.faults[name] = "has no <inertial>, for which SDF's default is 1 kg"
                 _put_nothing(ElementTree.SubElement(link, "inertial"))
             elif inertial.get("auto") is not None:
                 robot.faults[name] = 'has an <inertial auto="true">, must have its inertia written out'
@@ -73,7 +73,7 @@ def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tupl
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and keeps only those limits in the element that Drake is to read."""
+    """Reads a joint, and removes the limits from its element that Drake must not see."""
 
     def take(path: str, default: float) -> float:
         return numbers.parse_one(find_text(joint, path), f"{key}.{path.replace('/', '.')}", default)
@@ -100,7 +100,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
         if acceleration is not None and not 0.0 < acceleration < math.inf:
             remove_children(limit, (_ACCELERATION,))
     lower, upper = take_bound("lower"), take_bound("upper")
-    if joint.get("type") == "continuous":  # unlimited, whatever its limits say; Drake would insist on a range
+    if joint.get("type") == "continuous":  # unlimited even if it has limits; Drake would insist on a range
         lower, upper = None, None
         for limit in joint.findall("axis/limit"):
             remove_children(limit, ("lower", "upper"))
@@ -137,7 +137,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
 
 
 def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """Reads position and roll, pitch and yaw in the link's frame; None where another frame or form is named."""
+    """Reads position and roll, pitch, yaw in the link's frame; None if the pose uses another frame or format."""
     pose = element.find("pose")
     if pose is None:
         return _NO_PLACE, _NO_PLACE
@@ -148,13 +148,13 @@ def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[floa
 
 
 def _put_nothing(inertial: Element) -> None:
-    """Replaces an inertial by that of a massless body."""
+    """Replaces an inertial with that of a massless body."""
     remove_children(inertial, {child.tag for child in inertial})
     _write_moments(inertial, Inertial(0.0, _NO_PLACE, _NO_PLACE, (0.0,) * 6))
 
 
 def _write_moments(inertial: Element, values: Inertial) -> None:
-    """Replaces the mass and moments of an inertial; its pose stays."""
+    """Replaces the mass and moments of an inertial, and keeps its pose."""
     remove_children(inertial, ("mass", "inertia"))
     ElementTree.SubElement(inertial, "mass").text = repr(values.mass)
     inertia = ElementTree.SubElement(inertial, "inertia")
@@ -163,7 +163,7 @@ def _write_moments(inertial: Element, values: Inertial) -> None:
 
 
 def _read_visual(element: Element, numbers: Numbers, key: str) -> Visual | None:
-    """Reads a shape; None for one that is not imported."""
+    """Reads a shape; None if it cannot be imported."""
     geometry, key = element.find("geometry"), f"{key}.visual"
     if geometry is None or not len(geometry) or (pose := _read_pose(element, numbers, key)) is None:
         return None

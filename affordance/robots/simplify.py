@@ -1,9 +1,9 @@
-"""Mesh simplification for meshes of any quality: open, in many parts, with cracks, as CAD programs export them.
+"""Simplifies meshes of any quality, such as open or cracked meshes of many parts from CAD programs.
 
-Vertices within a cell of a grid are merged into one, placed at the least-squares intersection of the planes of the
-triangles around it (Lindstrom 2000, Out-of-core simplification of large polygonal models, SIGGRAPH). The grid is the
-finest that respects the bound on triangles. No point moves by more than two cells, so all parts stay in place;
-collapsing edges one by one leaves such meshes in pieces, or with many times the demanded number of triangles.
+All vertices within a grid cell are merged into one, at the least-squares intersection of the planes of the adjacent
+triangles (Lindstrom 2000, Out-of-core simplification of large polygonal models, SIGGRAPH). The grid is the finest
+that respects the bound on triangles. No point moves by more than two cells, so all parts stay in place; edge collapse
+would leave such meshes in pieces, or with many times the allowed number of triangles.
 """
 
 import numpy as np
@@ -11,19 +11,22 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 
-# Bounds of the cell width, as fractions of the mesh's diagonal, and bisections that find it to less than 1 %. The
-# coarsest grid has a single cell, and no triangle.
+# Bounds of the cell width, as fractions of the mesh's diagonal, and number of bisections that determine it to 1 %.
+# The coarsest grid has a single cell, and no triangle.
 _FINEST, _COARSEST, _HALVINGS = 1.0 / 5000.0, 1.01, 11
-# Singular values below this fraction of the largest are ignored; the vertex keeps the mean in those directions.
+# Singular values below this fraction of the largest are ignored; in those directions the vertex stays at the mean.
 _LEAST_SINGULAR = 1e-2
-# Most cells along an axis that a 64-bit key can number.
+# Largest number of cells along an axis that fits a 64-bit key.
 _MOST_CELLS = 1 << 20
 
 type _Indices = NDArray[np.intp]
 
 
 def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indices]:
-    """Reduces a mesh, (N, 3), [m], and (M, 3), to at most ``most`` triangles; a smaller one stays as it is."""
+    """Reduces a mesh to at most ``most`` triangles; a smaller mesh is returned unchanged.
+
+    Vertices are (N, 3), [m], faces (M, 3).
+    """
     if len(faces) <= most:
         return vertices, faces
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
@@ -41,7 +44,10 @@ def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indic
 
 
 def _cluster(vertices: Array, faces: _Indices, width: float) -> tuple[_Indices, _Indices]:
-    """Finds each vertex's cell, (N,), in a grid of a width, [m], and distinct triangles of three cells, (K, 3)."""
+    """Assigns vertices to the cells of a grid of a given width, [m].
+
+    Returns: Cell of each vertex, (N,), and the distinct triangles that span three cells, as their cells, (K, 3).
+    """
     steps = np.minimum(((vertices - vertices.min(axis=0)) / width).astype(np.int64), _MOST_CELLS - 1)
     keys = (steps[:, 0] * _MOST_CELLS + steps[:, 1]) * _MOST_CELLS + steps[:, 2]
     cells = np.unique(keys, return_inverse=True)[1].ravel()
@@ -55,17 +61,17 @@ def _cluster(vertices: Array, faces: _Indices, width: float) -> tuple[_Indices, 
 
 
 def _place(vertices: Array, faces: _Indices, cells: _Indices, width: float) -> Array:
-    """Computes the vertex of each cell as the least-squares point to the planes of all adjacent triangles."""
+    """Computes each cell's vertex: the point that is closest, in least squares, to all adjacent triangles' planes."""
     count = int(cells.max()) + 1
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
     normals = np.divide(normals, areas[:, None], out=np.zeros_like(normals), where=areas[:, None] > 0.0)
-    weights = areas + 1e-12 * (areas.max() or 1.0)  # where all areas are zero, the plain mean
+    weights = areas + 1e-12 * (areas.max() or 1.0)  # the unweighted mean if all areas are zero
     owners, repeated = cells[faces].T.ravel(), np.tile(np.arange(len(faces)), 3)
 
     def add_up(values: Array) -> Array:
-        """Sums values of corners, (3 M, k), over cells, (count, k)."""
+        """Sums values of triangle corners, (3 M, k), by cell, (count, k)."""
         return np.stack([np.bincount(owners, column, count) for column in values.T], axis=1)
 
     places, weight = vertices[faces].transpose(1, 0, 2).reshape(-1, 3), weights[repeated][:, None]

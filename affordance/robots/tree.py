@@ -1,4 +1,4 @@
-"""Robot as parsed by Drake: a plant without geometry, fixed to the world, whose joints can be frozen in a posture."""
+"""Robot as parsed by Drake: a plant without geometry, fixed to the world, with joints that can be frozen."""
 
 import difflib
 import logging
@@ -23,21 +23,21 @@ from affordance.robots.description import Description, JointNotes
 
 @dataclass(frozen=True)
 class RobotTree:
-    """Bodies and joints of a robot as Drake parses it, with its warnings as remarks."""
+    """Bodies and joints of a robot as Drake parses it, with Drake's warnings as remarks."""
 
     description: Description
-    plant: MultibodyPlant  # finalized plant, without geometry, every root welded to the world
+    plant: MultibodyPlant  # finalized plant without geometry; every root is welded to the world
     remarks: tuple[str, ...] = ()
     roots: tuple[str, ...] = ()  # names of the links that no joint carries
 
     @cached_property
     def joints_above(self) -> dict[BodyIndex, Joint]:
-        """Joint that carries each body, by body."""
+        """Joint that carries each body."""
         joints = map(self.plant.get_joint, self.plant.GetJointIndices())
         return {joint.child_body().index(): joint for joint in joints}
 
     def climb(self, body: RigidBody) -> Iterator[Joint]:
-        """Lists the joints from a body up to the world."""
+        """Yields the joints from a body up to the world."""
         while body.index() in self.joints_above:
             joint = self.joints_above[body.index()]
             yield joint
@@ -49,7 +49,7 @@ class RobotTree:
 
     @cached_property
     def joints_below(self) -> dict[BodyIndex, list[Joint]]:
-        """Joints that each body carries, by body."""
+        """Joints that each body carries."""
         below: dict[BodyIndex, list[Joint]] = {}
         for joint in self.joints_above.values():
             below.setdefault(joint.parent_body().index(), []).append(joint)
@@ -60,16 +60,16 @@ class RobotTree:
         return self.joints_below.get(body.index(), [])
 
     def key(self, element: Joint | RigidBody) -> str:
-        """Returns the name of a joint or link in the description; in an SDF it includes the name of the model."""
+        """Returns the key of a joint or link in the description: its name, in an SDF after that of its model."""
         model = f"{self.plant.GetModelInstanceName(element.model_instance())}::"
         return f"{model if self.description.kind == 'sdf' else ''}{element.name()}"
 
     def note(self, joint: Joint) -> JointNotes:
-        """Returns the data of a joint that are in the file but not in Drake."""
+        """Returns the data of a joint that Drake does not keep."""
         return self.description.joints.get(self.key(joint)) or JointNotes()
 
     def list_frames(self) -> list[Frame]:
-        """Lists the links and the frames that the file names, without Drake's auxiliary frames."""
+        """Lists the links and frames that the file names, without Drake's auxiliary frames."""
         frames = [self.plant.get_frame(FrameIndex(i)) for i in range(1, self.plant.num_frames())]
         known = self.description.frames
         return [
@@ -81,9 +81,9 @@ class RobotTree:
         ]
 
     def find_frame(self, name: str, option: str) -> Frame | None:
-        """Finds a link or frame by its name, or by ``model::name`` where models share it; None if it is not found.
+        """Finds a link or frame by its name, or by ``model::name`` if several models use it; None if not found.
 
-        The name of a joint, or an ambiguous one, raises a BadValueError of the option, which suggests names.
+        A joint's name or an ambiguous name raises a BadValueError, which cites the option and suggests names.
         """
         named = {frame.scoped_name().get_full(): frame for frame in self.list_frames()}
         found = {full: frame for full, frame in named.items() if name in (frame.name(), full)}
@@ -102,10 +102,11 @@ class RobotTree:
 
 
 def build_tree(description: Description) -> RobotTree:
-    """Parses a robot without geometry: no mesh is opened, and packages are not needed.
+    """Parses a robot without geometry, so that no meshes or packages are needed.
 
-    Links and joints that form no tree raise a BadValueError, a text that Drake cannot parse, or in which no joint
-    moves, a ModelFileError.
+    Raises:
+        BadValueError: Links and joints do not form a tree.
+        ModelFileError: Drake cannot parse the text, or no joint moves.
     """
     plant = MultibodyPlant(0.0)
     with _collect_remarks() as collector:
@@ -116,7 +117,7 @@ def build_tree(description: Description) -> RobotTree:
             for root in roots:
                 plant.WeldFrames(plant.world_frame(), root.body_frame())
             plant.Finalize()
-        except (RuntimeError, ValueError, SystemExit) as error:  # Drake exits where its own checks fail
+        except (RuntimeError, ValueError, SystemExit) as error:  # Drake exits if its own checks fail
             raise ModelFileError(description.path, f"cannot be parsed: {_clean(str(error))}") from error
     if not any(plant.get_joint(index).num_velocities() for index in plant.GetJointIndices()):
         raise ModelFileError(description.path, "has no joint that moves")
@@ -125,7 +126,7 @@ def build_tree(description: Description) -> RobotTree:
 
 
 def _list_roots(path: Path, plant: MultibodyPlant) -> list[RigidBody]:
-    """Lists the links that no joint carries; rejects a link with two parent joints, and loops of joints."""
+    """Lists the links that no joint carries; a link with two parent joints or a loop raises a BadValueError."""
     above: dict[BodyIndex, Joint] = {}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         child = joint.child_body()
@@ -146,7 +147,7 @@ def _list_roots(path: Path, plant: MultibodyPlant) -> list[RigidBody]:
 
 
 def _clean(text: str) -> str:
-    """Cleans a message of Drake from source locations and names of text that the user never sees."""
+    """Removes source locations and internal names from a message of Drake."""
     text = " ".join(text.split())
     failed = re.search(r"Failure at \S+ in (.*)$", text)
     text = failed[1] if failed else text
@@ -168,7 +169,7 @@ def _collect_remarks() -> Iterator[BufferingHandler]:
 
 
 def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
-    """Raises a BadValueError for the first value of a joint that cannot be set, or that is beyond its limits."""
+    """Raises a BadValueError for the first joint position that cannot be set or is out of limits."""
     joints = {joint.name(): joint for joint in tree.joints_above.values() if joint.num_velocities()}
     for name, value in posture.items():
         joint = joints.get(name)
@@ -183,16 +184,18 @@ def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
             raise BadValueError("--posture", "", f"names {name!r}, which is of type {joint.type_name()}")
         low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
         if not low <= value <= high:
-            raise BadValueError("--posture", "", f"puts {name} at {value:g}, must be from {low:g} to {high:g}")
+            raise BadValueError("--posture", "", f"sets {name} to {value:g}, must be from {low:g} to {high:g}")
 
 
 def freeze(
     tree: RobotTree, moving: Sequence[Joint], posture: Mapping[str, float]
 ) -> tuple[Context, dict[str, float]]:
-    """Creates a context with moving joints at zero and all others where they are frozen, with their values.
+    """Creates a context with the moving joints at zero and all others frozen.
 
-    A joint that is not given is frozen at its default, clipped to its limits; one that follows another at the
-    position implied by its leader.
+    A joint is frozen at its position in ``posture``, otherwise at its default, clipped to its limits. A joint that
+    follows another is frozen at the position that its leader implies.
+
+    Returns: The context, and the positions of the frozen joints by name, [rad] or [m].
     """
     context = tree.plant.CreateDefaultContext()
     own = {joint.index() for joint in moving}

@@ -1,4 +1,4 @@
-"""Reader of URDF files: the part that Drake needs, and the part that Drake ignores."""
+"""Reads URDF files: what Drake parses, and what Drake ignores."""
 
 import math
 from collections.abc import Collection
@@ -21,17 +21,17 @@ from affordance.robots.remarks import remark_couplings, remark_missing
 from affordance.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-_WORLD = "world"  # which is there without a link of this name
+_WORLD = "world"  # exists even if the file has no link of this name
 _NO_PLACE = (0.0, 0.0, 0.0)
 _BOUNDS = ("lower", "upper", "velocity")
-# Limits of acceleration: of URDF 1.2, as ROS 2 reads it, and of Drake, whose prefix may be declared or not.
+# Names of acceleration limits: those of URDF 1.2, which ROS 2 reads, and Drake's, whose prefix may be undeclared.
 _ACCELERATION, _OF_DRAKE = ("acceleration", "deceleration"), "drake:acceleration"
-# Elements of which a link, its inertial or a joint has one; the first counts where a file has more.
+# Elements that a link, its inertial or a joint may have only once; if a file repeats one, the first is used.
 _SINGLE = ("inertial", "parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "mass", "inertia")
 
 
 def read_urdf(path: Path, root: Element) -> Description:
-    """Reads a URDF file; raises a BadValueError for an invalid value, or a name that is used twice."""
+    """Reads a URDF file; an invalid value, or a name that is used twice, raises a BadValueError."""
     numbers, robot = Numbers(path), Description(path, "urdf")
     connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)
@@ -39,7 +39,7 @@ def read_urdf(path: Path, root: Element) -> Description:
     for link, name, key in list_new(root.findall("link"), path, robot.visuals):
         robot.add_visuals(name, [_read_visual(each, numbers, key, colours) for each in link.findall("visual")])
         remove_children(link, ("visual", "collision"))
-        for attribute in set(link.attrib) - {"name"}:  # as an earlier version of URDF has them
+        for attribute in set(link.attrib) - {"name"}:  # from an earlier version of URDF
             del link.attrib[attribute]
         _keep_first(robot, link, key)
         inertial = link.find("inertial")
@@ -69,14 +69,14 @@ def read_urdf(path: Path, root: Element) -> Description:
     remark_couplings(robot)
     remove_children(root, {child.tag for child in root} - {"link", "joint"})
     if others:
-        robot.dropped.append(f"elements {', '.join(sorted(others))} of the file, which do not concern motion")
-    root.attrib.setdefault("name", path.stem)  # which Drake insists on
+        robot.dropped.append(f"elements {', '.join(sorted(others))} of the file, which do not affect motion")
+    root.attrib.setdefault("name", path.stem)  # Drake requires a name
     robot.text = ElementTree.tostring(root, encoding="unicode")
     return robot
 
 
 def _read_connection(joint: Element, path: Path, key: str, links: Collection[str]) -> frozenset[str]:
-    """Reads which two links a joint connects."""
+    """Reads the names of the two links that a joint connects."""
     kind = joint.get("type", "")
     if kind not in _KINDS:
         raise BadValueError(path, f"{key}.type", describe_choice(kind, _KINDS))
@@ -91,8 +91,8 @@ def _read_connection(joint: Element, path: Path, key: str, links: Collection[str
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and keeps only those limits in the element that Drake is to read."""
-    if joint.get("type") == "fixed":  # whatever else its file says of it
+    """Reads a joint, and removes the limits from its element that Drake must not see."""
+    if joint.get("type") == "fixed":  # other data of it do not matter
         remove_children(joint, ("limit", "axis", "dynamics", "mimic"))
     limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")
     axis, kind = joint.find("axis"), joint.get("type", "")
@@ -103,12 +103,12 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(mimic.get("multiplier"), f"{key}.mimic.multiplier", 1.0),
             numbers.parse_one(mimic.get("offset"), f"{key}.mimic.offset", 0.0),
         )
-    _read_pose(joint, numbers, key)  # only checked to be numbers; Drake reads them
+    _read_pose(joint, numbers, key)  # only to check that it is numeric; Drake reads it
     bounds = {name: numbers.parse_bound(get_attribute(limit, name), f"{key}.limit.{name}") for name in _BOUNDS}
-    if kind == "continuous":  # unlimited, whatever its limit element says
+    if kind == "continuous":  # unlimited even if it has a limit element
         bounds.update(lower=None, upper=None)
     elif bounds["lower"] is not None or bounds["upper"] is not None:
-        bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # URDF's default for a missing one
+        bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # URDF's default bound
     damping = numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
     direction = numbers.parse(get_attribute(axis, "xyz"), f"{key}.axis.xyz", 3, (1.0, 0.0, 0.0))
     lower, upper, velocity = (bounds[name] for name in _BOUNDS)
@@ -138,7 +138,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
 
 
 def _keep_acceleration(limit: Element, numbers: Numbers, key: str) -> None:
-    """Leaves the least limit of acceleration of a joint where Drake reads it; 0 or less is no limit."""
+    """Writes a joint's lowest acceleration limit where Drake reads it; 0 or less means no limit."""
     names = [name for name in limit.attrib if name in _ACCELERATION or name.endswith("}acceleration")]
     values = [numbers.parse_bound(limit.attrib.pop(name), f"{key}.limit.acceleration") for name in names]
     if found := [value for value in values if value is not None and 0.0 < value < math.inf]:
@@ -155,21 +155,21 @@ def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[floa
 
 
 def _keep_first(robot: Description, element: Element, key: str) -> None:
-    """Removes all but the first of the elements of which there must be one, and remarks on each."""
+    """Removes repetitions of elements that must be unique, with a remark on each."""
     for tag in _SINGLE:
         if len(found := element.findall(tag)) > 1:
-            robot.remark(key, f"has {len(found)} <{tag}> elements, of which the first counts")
+            robot.remark(key, f"has {len(found)} <{tag}> elements, of which the first is used")
             for other in found[1:]:
                 element.remove(other)
 
 
 def _write_inertial(link: Element, inertial: Element, nearest: Inertial) -> None:
-    """Replaces the moments of an inertial; without a mass it is removed, as Drake would substitute a water sphere."""
+    """Replaces the moments of an inertial; removes one without mass, for which Drake would substitute a sphere."""
     if not nearest.mass:
         link.remove(inertial)
         return
     moments = inertial.find("inertia")
-    assert moments is not None  # without moments, none is impossible
+    assert moments is not None  # an inertial without moments is not impossible
     moments.attrib.update(zip(MOMENTS, map(repr, nearest.moments), strict=True))
 
 
@@ -193,7 +193,7 @@ def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...
 def _read_visual(
     element: Element, numbers: Numbers, key: str, colours: dict[str, tuple[float, ...]]
 ) -> Visual | None:
-    """Reads a shape; None for one that is not imported."""
+    """Reads a shape; None if it cannot be imported."""
     geometry, key = element.find("geometry"), f"{key}.visual"
     if geometry is None or not len(geometry):
         return None
@@ -203,7 +203,7 @@ def _read_visual(
     colour = colours.get(get_attribute(material, "name") or "")
     if material is not None and material.find("color") is not None:
         colour = numbers.parse(get_attribute(material.find("color"), "rgba"), f"{key}.color", 4, (0.7,) * 3 + (1.0,))
-    sizes = () if shape.tag == "ellipsoid" else numbers.parse_sizes(shape.tag, shape.get, key)  # URDF has none
+    sizes = () if shape.tag == "ellipsoid" else numbers.parse_sizes(shape.tag, shape.get, key)  # not a shape of URDF
     if not sizes:
         return None
     named = get_attribute(material, "name") or ""

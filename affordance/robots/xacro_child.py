@@ -1,7 +1,7 @@
-"""Program that expands one xacro template, in a process of its own that may do nothing else; see ``xacro_file.py``.
+"""Program that expands one xacro template in a sandboxed process; see ``xacro_file.py``.
 
-It reads what to do from its standard input, as JSON, limits itself, and writes what it found to its standard output.
-Nothing of the package is imported here: the process has the libraries of Python and xacrodoc only.
+It reads a job from standard input as JSON, restricts its own rights, and writes the result to standard output. It
+imports only Python's standard library and xacrodoc, nothing of this package.
 """
 
 import ctypes
@@ -12,17 +12,17 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# System calls and structures of Landlock (linux/landlock.h), whose numbers are the same on all architectures.
+# System calls and structures of Landlock (linux/landlock.h); their numbers are the same on all architectures.
 _CREATE, _ADD, _RESTRICT, _VERSION_FLAG, _PATH_BENEATH = 444, 445, 446, 1, 1
-_NO_NEW_PRIVILEGES = 38  # of prctl
-# Rights on files that each version of Landlock knows: 13, 14 with refer, 15 with truncate, 16 with devices.
+_NO_NEW_PRIVILEGES = 38  # option of prctl
+# Number of file rights by version of Landlock: 13, then 14 with refer, 15 with truncate, 16 with ioctl on devices.
 _NUM_RIGHTS = {1: 13, 2: 14, 3: 15, 4: 15}
 _READ_FILE, _READ_FOLDER = 1 << 2, 1 << 3
-# Of the network, from version 4 on, connecting and listening by TCP; from 6 on signals and abstract sockets.
+# Rights of TCP (bind and connect), from version 4 on; scopes of signals and abstract sockets, from version 6 on.
 _TCP, _SCOPES = 0b11, 0b11
-# Exit status where the kernel does not limit what the process may read and write.
+# Exit status if the kernel cannot restrict what the process reads and writes.
 UNLIMITED = 9
-# Flag of a folder that is opened only to be named.
+# Flag for opening a folder only as a reference to it.
 _O_PATH = 0o10000000
 
 
@@ -37,9 +37,9 @@ class _Rule(ctypes.Structure):
 
 
 def restrict(folders: list[str]) -> bool:
-    """Limits this process to reading files below some folders: nothing is written, executed or connected to.
+    """Restricts this process to reading files below some folders, with no writing, execution or network.
 
-    Returns: True if the kernel does so.
+    Returns: True if the kernel supports this.
     """
     libc = ctypes.CDLL(None, use_errno=True)
     libc.syscall.restype = ctypes.c_long
@@ -69,14 +69,14 @@ def restrict(folders: list[str]) -> bool:
 
 
 def main() -> int:
-    """Expands the template that the standard input names; returns the exit status."""
+    """Expands the template that standard input names; returns the exit status."""
     job: dict[str, Any] = json.load(sys.stdin)
     sys.path[:] = job["libraries"]
     resource.setrlimit(resource.RLIMIT_CPU, (job["seconds"], job["seconds"]))
     resource.setrlimit(resource.RLIMIT_AS, (job["bytes"], job["bytes"]))
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    import xacrodoc  # which teaches xacro to find packages without ROS
+    import xacrodoc  # lets xacro find packages without ROS
     from xacro import all_includes, process_file
 
     xacrodoc.packages.update_package_cache(job["packages"])
@@ -91,8 +91,8 @@ def main() -> int:
 if __name__ == "__main__":
     try:
         status = main()
-    except BaseException as error:  # whatever a template raises is told in a line
-        cause = getattr(error, "exc", None) or error  # xacro wraps what it meets
+    except BaseException as error:  # a template can raise anything; it is reported in one line
+        cause = getattr(error, "exc", None) or error  # xacro wraps exceptions
         sys.stderr.write(f"\n{type(cause).__name__}: {error}\n")
         status = 1
     sys.exit(status)

@@ -1,4 +1,4 @@
-"""Expansion of xacro templates, which run Python, in a process that is limited by the kernel."""
+"""Expands xacro templates, which can run Python, in a process that the kernel restricts."""
 
 import contextlib
 import importlib.util
@@ -19,11 +19,11 @@ from affordance.files.bounded import ROBOT, read_bytes
 from affordance.robots import xacro_child
 from affordance.robots.xml_reader import read_xml
 
-# Time of the processor and of the clock, [s], and memory, [bytes], that a template may take.
+# Limits for a template: processor time and elapsed time, [s], and memory, [bytes].
 _SECONDS, _WAIT, _BYTES = 20, 40.0, 2_000_000_000
-# Levels above a template at which packages are looked for, and most folders that are looked at on one.
+# Number of levels above a template on which packages are searched, and of folders searched on each.
 _LEVELS, _MOST_FOLDERS = 6, 500
-# What only templates have: xacro's elements, substitutions, and expressions.
+# Found only in templates: xacro's elements, substitutions and expressions.
 _TEMPLATE = re.compile(rb"<(/)?xacro:|xmlns:xacro|\$\{|\$\(")
 _UNKNOWN_PACKAGE = re.compile(r"Package not found: ([\w.-]+)")
 _UNDEFINED = re.compile(r"[Uu]ndefined substitution argument (\w+)")
@@ -31,12 +31,12 @@ _UNDEFINED = re.compile(r"[Uu]ndefined substitution argument (\w+)")
 
 @dataclass(frozen=True)
 class XacroOptions:
-    """Options of the expansion of a template.
+    """Options for expanding a template.
 
     Attributes:
         values: Values of the template's arguments, by name.
-        packages: Folders of packages by name, in addition to those that are found near the template.
-        trusts: True to expand a template even where the kernel does not limit what it does.
+        packages: Folders of packages by name, in addition to packages found near the template.
+        trusts: True to expand the template even if the kernel cannot restrict it.
     """
 
     values: Mapping[str, str] = field(default_factory=dict)
@@ -49,19 +49,19 @@ AS_IT_IS = XacroOptions()
 
 
 class Expanded(NamedTuple):
-    """Robot's file that a template makes, and the files that it includes."""
+    """Robot's file expanded from a template, and the files that the template includes."""
 
     content: bytes
     sources: tuple[Path, ...]
 
 
 def is_template(path: Path) -> bool:
-    """Returns True if a file is a xacro template: by its name, or by what only templates have."""
+    """Returns True if a file is a xacro template, by its name or contents."""
     return path.suffix == ".xacro" or _TEMPLATE.search(read_bytes(path, ROBOT)) is not None
 
 
 def parse_xacro(values: Sequence[str], packages: Sequence[str], *, trusts: bool) -> XacroOptions:
-    """Parses words such as ``prefix:=left_`` and ``NAME=DIR``; another form raises a BadValueError."""
+    """Parses words such as ``prefix:=left_`` and ``NAME=DIR``; other forms raise a BadValueError."""
     given, folders = {}, {}
     for word in values:
         name, sign, value = word.partition(":=")
@@ -77,18 +77,17 @@ def parse_xacro(values: Sequence[str], packages: Sequence[str], *, trusts: bool)
 
 
 def expand(path: Path, options: XacroOptions) -> Expanded:
-    """Expands a template in a process of its own.
+    """Expands a template in a sandboxed process.
 
-    The process reads files of the template's folder and of packages only; it writes nothing, executes nothing, and
-    has limited time and memory. Where the kernel cannot limit what it reads and writes, the template is refused
-    unless it is trusted.
+    The process can read files only from the template's folder and from packages. It cannot write or execute files,
+    and its time and memory are limited. If the kernel cannot enforce this, only trusted templates are expanded.
 
     Raises:
         BadValueError: xacrodoc is not installed, the kernel lacks Landlock, or an argument or package is missing.
-        ModelFileError: The template is faulty, or takes too much time, memory or text.
+        ModelFileError: The template is faulty, takes too much time or memory, or expands to too long a text.
     """
     if importlib.util.find_spec("xacrodoc") is None:
-        problem = "is a xacro template, which wants the extra [xacro]: pip install '.[xacro]' in a clone"
+        problem = "is a xacro template, which needs the extra [xacro]: pip install '.[xacro]' in a clone"
         raise BadValueError(path, "", problem)
     packages = {**dict(_find_packages(path.resolve())), **options.packages}
     job = {
@@ -103,8 +102,8 @@ def expand(path: Path, options: XacroOptions) -> Expanded:
     }
     status, out, said = _run(json.dumps(job).encode(), path.resolve().parent)
     if status == xacro_child.UNLIMITED:
-        problem = "is a xacro template, which runs Python; this kernel lacks Landlock, which would limit it"
-        raise BadValueError(path, "", f"{problem}: --trust-xacro runs it without limits to files, if you trust it")
+        problem = "is a xacro template, which can run Python, and this kernel lacks Landlock to restrict it"
+        raise BadValueError(path, "", f"{problem}; if you trust it, --trust-xacro gives it access to all files")
     if status:
         raise _explain(path, status, said, packages)
     if len(out) > ROBOT:
@@ -114,7 +113,7 @@ def expand(path: Path, options: XacroOptions) -> Expanded:
 
 
 def _run(job: bytes, folder: Path) -> tuple[int, bytes, str]:
-    """Runs the child on a job; returns its exit status, what it wrote, and the last lines of its complaints."""
+    """Runs the child process on a job; returns exit status, standard output, and last lines of standard error."""
     child = subprocess.Popen(
         [sys.executable, "-I", xacro_child.__file__],
         stdin=subprocess.PIPE,
@@ -144,10 +143,10 @@ def _run(job: bytes, folder: Path) -> tuple[int, bytes, str]:
             child.stdin.close()
         out = child.stdout.read(2 * ROBOT)
     finally:
-        if len(out) == 2 * ROBOT:  # it would write without end
+        if len(out) == 2 * ROBOT:  # it may never stop writing
             end()
         child.wait()
-        end()  # whatever it started
+        end()  # with the processes that it started
         timer.cancel()
         complaints.join()
         child.stdout.close()
@@ -157,7 +156,7 @@ def _run(job: bytes, folder: Path) -> tuple[int, bytes, str]:
 
 
 def _explain(path: Path, status: int, said: str, packages: Mapping[str, str]) -> BadValueError | ModelFileError:
-    """Explains why a template could not be expanded, with what settles it."""
+    """Builds the error that explains why a template could not be expanded, and how to fix it."""
     if status in (-signal.SIGXCPU, -signal.SIGKILL) or "MemoryError" in said:
         return ModelFileError(path, f"takes more than {_SECONDS} s, or {_BYTES / 1e9:g} GB, to expand: does it hang?")
     if missing := _UNKNOWN_PACKAGE.search(said):
@@ -166,15 +165,15 @@ def _explain(path: Path, status: int, said: str, packages: Mapping[str, str]) ->
         return BadValueError(path, "", f"{problem}; --package {missing[1]}=DIR says where it is")
     if undefined := _UNDEFINED.search(said):
         name = undefined[1]
-        return BadValueError(path, "", f"needs a value of {name}: --xacro {name}:=VALUE gives it")
+        return BadValueError(path, "", f"needs a value for {name}: --xacro {name}:=VALUE sets it")
     if "Permission denied" in said:
-        problem = f"reads a file that is in neither its own folder nor a package: {said.partition(': ')[2]}"
+        problem = f"reads a file outside its own folder and all packages: {said.partition(': ')[2]}"
         return BadValueError(path, "", f"{problem}; --package NAME=DIR adds a folder")
     return ModelFileError(path, f"cannot be expanded by xacro: {said}")
 
 
 def _find_packages(path: Path) -> Iterator[tuple[str, str]]:
-    """Finds packages among the folders above a template and their siblings, by their ``package.xml``."""
+    """Searches the folders above a template, and their siblings, for packages (``package.xml``)."""
     for folder in list(path.parents)[:_LEVELS]:
         if folder == folder.parent:
             return

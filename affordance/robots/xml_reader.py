@@ -1,4 +1,4 @@
-"""Reader of XML whose errors name file, element and value."""
+"""Reads XML; errors name file, element and value."""
 
 import math
 from collections.abc import Callable, Container, Iterable, Iterator
@@ -14,7 +14,7 @@ from affordance.files.bounded import ROBOT
 from affordance.files.constraints import check_names
 from affordance.robots.description import SHAPES
 
-# Prefixes that are part of XML itself, and the namespace of those that a file does not declare.
+# Prefixes that are part of XML itself, and the namespace for prefixes that a file does not declare.
 _DECLARED, _NAMESPACE = ("xml", "xmlns"), "undeclared:"
 
 
@@ -26,7 +26,7 @@ def read_xml(path: Path) -> Element:
 
 
 def parse_xml(path: Path, content: bytes) -> Element:
-    """Parses the XML of a robot's file from memory, with the checks of ``read_xml``."""
+    """Parses the XML of a robot's file from bytes, with the checks of ``read_xml``."""
     root = files.parse_xml(path, content, _parse)
     check_names(path, "name", (element.get("name", "") for element in root.iter()))
     return root
@@ -42,7 +42,7 @@ def _parse(content: bytes) -> Element:
 
 
 def _parse_undeclared(content: bytes) -> Element:
-    """Parses XML after declaring every undeclared prefix in its root, as simulators' own elements often have them."""
+    """Parses XML whose undeclared prefixes, common in simulators' own elements, are declared in its root."""
     used, declared, place = list[str](), set[str](), list[int]()
     parser = expat.ParserCreate()  # not namespace-aware
 
@@ -65,12 +65,12 @@ def _parse_undeclared(content: bytes) -> Element:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Parser of numbers in the text of a file, which its errors name."""
+    """Parser of numbers in the text of a file; its errors name the file."""
 
     path: Path
 
     def parse(self, text: str | None, key: str, count: int, default: Iterable[float]) -> tuple[float, ...]:
-        """Parses a text as ``count`` finite numbers, by default if absent; anything else raises a BadValueError."""
+        """Parses ``count`` finite numbers; None gives the default, any other text raises a BadValueError."""
         if text is None or not text.strip():
             return tuple(default)
         try:
@@ -83,11 +83,11 @@ class Numbers:
         return values
 
     def parse_one(self, text: str | None, key: str, default: float) -> float:
-        """Parses one finite number; arguments and errors as in ``parse``."""
+        """Parses one finite number; arguments and errors are those of ``parse``."""
         return self.parse(text, key, 1, (default,))[0]
 
     def parse_sizes(self, shape: str, find: Callable[[str], str | None], key: str) -> tuple[float, ...]:
-        """Parses a mesh's scale, 1 by default, or a simple shape's sizes, 1 cm by default; empty for any other."""
+        """Parses a mesh's scale (default 1) or a simple shape's sizes (default 1 cm); empty for other shapes."""
         names, default = (("scale",), 1.0) if shape == "mesh" else (SHAPES.get(shape, ()), 0.01)
         sizes: tuple[float, ...] = ()
         for name in names:
@@ -96,7 +96,7 @@ class Numbers:
         return sizes if shape == "mesh" or all(size > 0.0 for size in sizes) else ()
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
-        """Parses a number that may be infinite; None if it is absent; anything else raises a BadValueError."""
+        """Parses a number that may be infinite; None if absent; any other text raises a BadValueError."""
         if text is None or not text.strip():
             return None
         try:
@@ -109,7 +109,7 @@ class Numbers:
 
 
 def find_text(element: Element, path: str) -> str | None:
-    """Finds the text of an element below another; None if it is absent."""
+    """Returns the text of an element below another; None if there is no such element."""
     found = element.find(path)
     return None if found is None else found.text
 
@@ -120,7 +120,7 @@ def get_attribute(element: Element | None, name: str) -> str | None:
 
 
 def remove_children(element: Element, unwanted: Iterable[str]) -> None:
-    """Removes the children with certain tags."""
+    """Removes the children that have unwanted tags."""
     for tag in unwanted:
         for child in element.findall(tag):
             element.remove(child)
@@ -129,9 +129,9 @@ def remove_children(element: Element, unwanted: Iterable[str]) -> None:
 def list_new(
     elements: Iterable[Element], path: Path, known: Container[str], scope: str = ""
 ) -> Iterator[tuple[Element, str, str]]:
-    """Lists links or joints, each with its name after that of its model, and its key in messages.
+    """Yields links or joints, each with its scoped name and its key for messages.
 
-    A name that is missing, or already known when its turn comes, raises a BadValueError.
+    An element whose name is missing or already known raises a BadValueError.
     """
     for element in elements:
         short = name_of(element, path)
@@ -141,7 +141,7 @@ def list_new(
 
 
 def name_of(element: Element, path: Path) -> str:
-    """Returns the name of a link or joint; raises a BadValueError if it has none."""
+    """Returns the name of a link or joint; a missing name raises a BadValueError."""
     name = element.get("name")
     if not name:
         raise BadValueError(path, element.tag, "has no name")

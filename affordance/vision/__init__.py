@@ -1,1 +1,1 @@
-"""Visual features of objects, and the prior of their inertia computed from them."""
+"""Visual features of objects, and the prior of their inertia that follows from them."""

@@ -1,8 +1,8 @@
-"""Eye of an observer: the function that gives the features of an object that is looked at.
+"""Eye of an observer: measures the features of an object that it looks at.
 
-The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the source
-is either the true features with errors of given standard deviation, zero by default, or colour and depth pictures of
-the object on its stand and nothing else.
+The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the
+features are either the true ones with errors of given standard deviation, zero by default, or they are measured only
+from colour and depth pictures of the object on its stand.
 """
 
 import importlib
@@ -18,26 +18,26 @@ from affordance.vision.features import ComponentFeatures, FeatureSource, VisionE
 # Errors of drawings: masses agree within 0.3 %, centres of mass within 0.15 mm, on all twenty tools (docs/tools.md
 # says which of these comparisons were blind).
 CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
-# Function from an object and a random generator of the errors to the features of its components.
+# Function of an object and a random generator for errors that returns the features of its components.
 type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 
 
 def observe(
     tool: Tool, source: FeatureSource, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures an object: its true features with errors, or those of pictures, which may raise a SeeingError."""
+    """Measures an object's features, from its true features or from pictures; pictures can raise a SeeingError."""
     if source is FeatureSource.FEATURES:
         return measure_features(tool, error, rng)
-    # The camera and its pipeline are loaded for pictures only.
+    # The camera and its pipeline are imported only if they are needed.
     see = importlib.import_module("affordance.vision.pixels.seen_tool").see
     features: tuple[ComponentFeatures, ...] = see(tool, rng)
     return features
 
 
 def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Measures a tool: its true features plus normally distributed errors.
+    """Returns the true features of a tool plus normally distributed errors.
 
-    Sizes are multiplied by the exponential of their error, so that they stay positive.
+    Sizes are multiplied by the exponential of their error, so they stay positive.
     """
     features = []
     for component in tool.components:
@@ -53,7 +53,7 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
 
 
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Returns the features of a tool as drawn, with the errors of drawings: of a part's volume, and its position."""
+    """Returns the features of a tool's drawing, with drawings' errors in volume and position of each part."""
     features = []
     for part in measure_features(tool, VisionError(), np.random.default_rng(0)):
         deformations = np.zeros((4, 4, 4))

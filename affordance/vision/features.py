@@ -49,9 +49,9 @@ class ComponentFeatures:
     position_sd: float = 0.0  # SD of each coordinate, [m]
     rotation_sd: float = 0.0  # SD about each axis, [rad]
     colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is known exactly
-    lightness_sd: float = 0.0  # SD of a further error of the colour's lightness, as from the light, in units of L*
-    # Further errors, each the displacement of the part's points in T by one SD, an affine map less the identity,
-    # (G, 4, 4): what a picture leaves undetermined, with its correlations.
+    lightness_sd: float = 0.0  # SD of a further error of lightness, due to illumination, in units of L*
+    # Further correlated errors that a picture leaves undetermined, (G, 4, 4): each is an affine map, minus the
+    # identity, that displaces the part's points in T by one SD.
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
     strikes: tuple[StrikingFace, ...] = ()  # striking faces, known without measurement
 

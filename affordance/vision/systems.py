@@ -1,8 +1,8 @@
-"""Visual system of the paper's figure 2: features of an object, memory of materials, and prior.
+"""Visual systems of the paper's figure 2: features of an object, memory of materials, and prior.
 
-The visual prior p(lambda | v) is the belief about an object's inertia before it is held, from its visual features. A
-component's colour selects its material and with it the belief about its density; sizes and pose give Phi, with its
-uncertainty to first order. Frames: T the tool, E a component.
+The visual prior p(lambda | v) is the belief about an object's inertia, given its visual features, before it is held.
+A component's colour selects its material, and with it the belief about its density. Sizes and pose determine Phi, and
+its uncertainty to first order. Frames: T the tool, E a component.
 """
 
 from collections.abc import Sequence
@@ -65,9 +65,9 @@ class VisualPrior(SampledSystem):
 class MaterialMemorySystem(SampledSystem):
     """Memory of the belief about materials, updated when a presentation ends (the teaching signal).
 
-    The state changes by one event per presentation: at its end the posterior becomes the belief, unless the
-    presentation was so improbable an outlier that nothing is to be learned from it. The colours that are remembered
-    beyond a presentation are a parameter of the Context.
+    The state changes at the end of each presentation: the posterior becomes the belief, unless the presentation was
+    too improbable an outlier to learn from. The colours that are remembered beyond a presentation are a parameter of
+    the Context.
 
     Input ports:
         posterior: Belief given the measurements, ObjectBelief.
@@ -78,7 +78,7 @@ class MaterialMemorySystem(SampledSystem):
     """
 
     def __init__(self, memory: MaterialMemory, *, duration: float, least_p_value: float) -> None:
-        """Declares ports, and the update after a duration, [s], of presentations with at least that p-value."""
+        """Declares ports, and the update after a duration, [s], for p-values of at least ``least_p_value``."""
         super().__init__()
         self._least_p_value = least_p_value
         self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
@@ -94,7 +94,7 @@ class MaterialMemorySystem(SampledSystem):
         context.SetAbstractState(self._memory, memory)
 
     def get_memory(self, context: Context) -> MaterialMemory:
-        """Returns the present memory."""
+        """Returns the current memory."""
         value: Any = context.get_abstract_state(self._memory)
         return cast(MaterialMemory, value.get_value())
 
@@ -109,9 +109,9 @@ class MaterialMemorySystem(SampledSystem):
 
 
 def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
-    """Predicts an object's inertia from its visual features, a memory, and a prior of materials never met.
+    """Predicts an object's inertia from its visual features, a memory, and a prior for unknown materials.
 
-    The memory of the belief includes every colour of the object.
+    The returned belief's memory includes every colour of the object.
     """
     recollection = memory.recall([part.appearance for part in features], prior)
     return ObjectBelief(
@@ -150,7 +150,7 @@ def measure_geometry(
 
 
 def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:
-    """Returns the features with one measurement displaced by a step (sizes: by that fraction)."""
+    """Returns the features with one measurement displaced by a step; sizes by that fraction."""
     sizes = part.shape.sizes
     X_TE = np.array(part.X_TE)
     if measurement < len(sizes):

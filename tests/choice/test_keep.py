@@ -27,5 +27,5 @@ def test_hold_bears_the_static_torque_of_the_posture(arm: Arm) -> None:
 
 
 def test_posture_that_the_arm_cannot_take_names_joint_and_bound(arm: Arm) -> None:
-    with pytest.raises(AffordanceError, match="puts elbow_flexion at 6 rad, must be from"):
+    with pytest.raises(AffordanceError, match="sets elbow_flexion to 6 rad, must be from"):
         Keep(4.0, (("elbow_flexion", 6.0),)).build_cost(ArmModel(arm), HELD.components, SETTINGS)

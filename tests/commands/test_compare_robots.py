@@ -47,5 +47,6 @@ def test_arms_with_other_numbers_of_joints_are_refused(tmp_path: Path) -> None:
     path = write_bench(tmp_path)
     said = answer("compare-robots", path, path, "--other-tip", "w2", status=2).err
     assert (
-        "have 6 joints (j_s, j_u, j_f, j_w1, j_w2, j_w3) and 5 (j_s, j_u, j_f, j_w1, j_w2), must have as many" in said
+        "have 6 joints (j_s, j_u, j_f, j_w1, j_w2, j_w3) and 5 (j_s, j_u, j_f, j_w1, j_w2), must have equally many"
+        in said
     )

@@ -36,7 +36,8 @@ def test_file_and_tip_must_be_given(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert "none.urdf: cannot be read: No such file" in said
     said = refuse_command("import-arm", "two_arms.urdf", "--out", "new")
     assert (
-        "--tip: is missing: link or frame of two_arms.urdf that holds things; limbs end in right_4 (4 joints)" in said
+        "--tip: is missing, must be the link or frame of two_arms.urdf that holds objects; limbs end in right_4 (4 "
+        "joints)" in said
     )
 
 

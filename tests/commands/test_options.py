@@ -42,7 +42,7 @@ PROTOCOLS_ARE_GONE = (
         ("run linear_plus --vision pixels", "--vision: is 'pixels', must be 'features' of linear_plus"),
         ("run weight --fault gremlins", "--fault: is 'gremlins', must be one of nan_samples, "),
         ("run linear_plus --fault bias", "--fault: is given, must be omitted for linear_plus"),
-        ("run --models nowhere", "--robot: is 'nowhere', which is not a folder and no robot's file"),
+        ("run --models nowhere", "--robot: is 'nowhere', which is neither a folder nor a robot's file"),
         (
             "run weight --learner kinds_map --set learner=density",
             "--set: learner: is given together with --learner, must be given once",

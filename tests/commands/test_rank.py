@@ -204,7 +204,7 @@ def test_task_of_a_file_is_done_by_any_robot(robot, known, tmp_path):
     assert title.startswith("aside with two_arms, compared by the joints' expected effort; evidence about oak")
     assert sentence.startswith("Take the machinist hammer by its handle: ")
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 2.45}\n")
-    assert "puts right_j3 at 2.45 rad, must be from -2.5 to 2.4 rad" in answer(*words, status=2).err
+    assert "sets right_j3 to 2.45 rad, must be from -2.5 to 2.4 rad" in answer(*words, status=2).err
 
 
 KINDS = "hammer, reach, mash, carry, hold"
@@ -227,11 +227,11 @@ KINDS = "hammer, reach, mash, carry, hold"
             "--same-colour: applies to remembered colours, must be given with --memory",
         ),
         ("reach --tools nowhere.yaml", "nowhere.yaml: cannot be read"),
-        ("reach --effort 3", "--effort: is of a robot's file, which --robot must name"),
-        ("reach --tip right_tool", "--tip: is of a robot's file, which --robot must name"),
+        ("reach --effort 3", "--effort: applies to a robot's file only, which --robot must name"),
+        ("reach --tip right_tool", "--tip: applies to a robot's file only, which --robot must name"),
         ("reach --set cost_measure=effort", "--set: cost_measure: has no effect here: --by says what is compared"),
         ("reach --robot .", "has no arm.dmd.yaml, must be a folder that import-arm wrote"),
-        ("reach --robot nowhere", "--robot: is 'nowhere', which is not a folder and no robot's file"),
+        ("reach --robot nowhere", "--robot: is 'nowhere', which is neither a folder nor a robot's file"),
         ("reach --demo", "--demo: uses its own data, must be given without a task"),
         ("--demo --task my.yaml", "--demo: uses its own data, must be given without --task"),
     ],
@@ -249,16 +249,19 @@ def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
         ("reach --task my.yaml", "task: is given 2 times, must be given once; affordance next takes several"),
         ("--task my.yaml", "my.yaml: cannot be read"),
         ("hold --by work", "--by: is 'work', which is zero for holding still, must be one of effort, margin, grip"),
-        ("reach --tip right_tool", "--tip: is of a robot's file, which --robot must name in place of the folder"),
-        ("reach --base torso", "--base: is of a robot's file"),
-        ("reach --out-axis x", "--out-axis: is of a robot's file"),
-        ("reach --posture neck=1", "--posture: is of a robot's file"),
-        ("reach --rotor-inertia 0.1", "--rotor-inertia: is of a robot's file"),
-        ("reach --effort 3", "--effort: is of a robot's file"),
-        ("reach --damping none", "--damping: is of a robot's file"),
-        ("reach --base-height 1", "--base-height: is of a robot's file"),
-        ("reach --up y", "--up: is of a robot's file"),
-        ("reach --robot nowhere --tip flange", "--robot: is 'nowhere', which is not a folder and no robot's file"),
+        (
+            "reach --tip right_tool",
+            "--tip: applies to a robot's file only, which --robot must name in place of the folder",
+        ),
+        ("reach --base torso", "--base: applies to a robot's file only"),
+        ("reach --out-axis x", "--out-axis: applies to a robot's file only"),
+        ("reach --posture neck=1", "--posture: applies to a robot's file only"),
+        ("reach --rotor-inertia 0.1", "--rotor-inertia: applies to a robot's file only"),
+        ("reach --effort 3", "--effort: applies to a robot's file only"),
+        ("reach --damping none", "--damping: applies to a robot's file only"),
+        ("reach --base-height 1", "--base-height: applies to a robot's file only"),
+        ("reach --up y", "--up: applies to a robot's file only"),
+        ("reach --robot nowhere --tip flange", "--robot: is 'nowhere', which is neither a folder nor a robot's file"),
         ("hammer --samples 10", "no tool can do the task; nearest is "),
     ],
 )
@@ -277,7 +280,7 @@ def test_mistake_with_an_imported_robot_is_refused(robot, tmp_path, monkeypatch,
         ),
         (
             "kind: reach\nduration: 1\ntolerance: 0.1\npoints: [[0, 0, 0.1]]\nstart: {right_j1: 2.5}\n",
-            "mine.yaml: start.right_j1: puts right_j1 at 2.5 rad, must be from -2.5 to 2.4 rad",
+            "mine.yaml: start.right_j1: sets right_j1 to 2.5 rad, must be from -2.5 to 2.4 rad",
         ),
     ],
 )
@@ -290,8 +293,11 @@ def test_joints_of_a_task_are_those_of_the_robot(robot, tmp_path, monkeypatch, t
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("", "--tip: is missing: link or frame of two_arms.urdf that holds things; limbs end in right_4"),
-        ("--tip third_hand", "--tip: is 'third_hand', which two_arms.urdf has not; limbs end in right_4"),
+        (
+            "",
+            "--tip: is missing, must be the link or frame of two_arms.urdf that holds objects; limbs end in right_4",
+        ),
+        ("--tip third_hand", "--tip: is 'third_hand', which is not in two_arms.urdf; limbs end in right_4"),
     ],
 )
 def test_tip_of_a_robots_file_must_be_given(tmp_path, monkeypatch, words, said):

@@ -75,10 +75,10 @@ def write(tmp_path):
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        (NINE_DEEP, "line 6, column 10: makes more than 100000 entries, aliases counted as often as they are named"),
-        ("a: &a " + "x" * 100_000 + "\nb: [" + "*a," * 200 + "]", "line 2, column 299: makes more than 100000"),
-        ("a: &a [*a]", "line 1, column 8: is an alias inside of its own anchor"),
-        ("a: &a {k: {l: *a}}", "line 1, column 15: is an alias inside of its own anchor"),
+        (NINE_DEEP, "line 6, column 10: expands to more than 100000 entries, with each use of an alias counted"),
+        ("a: &a " + "x" * 100_000 + "\nb: [" + "*a," * 200 + "]", "line 2, column 299: expands to more than 100000"),
+        ("a: &a [*a]", "line 1, column 8: is an alias inside its own anchor"),
+        ("a: &a {k: {l: *a}}", "line 1, column 15: is an alias inside its own anchor"),
         ("[" * 50_000, "line 1, column 41: is more than 40 levels deep"),
         ("- " * 50_000, "line 1, column 81: is more than 40 levels deep"),
         ("? " * 50_000, "line 1, column 81: is more than 40 levels deep"),
@@ -108,7 +108,7 @@ def test_aliases_that_stand_for_little_are_read(write):
 def test_entries_are_counted_while_they_are_read(write, monkeypatch):
     monkeypatch.setattr(bounded, "_MOST_ENTRIES", 1000)
     assert len(read_yaml(write("a: [" + "1," * 997 + "]"))["a"]) == 997
-    with pytest.raises(BadValueError, match="line 1, column 2003: makes more than 1000 entries"):
+    with pytest.raises(BadValueError, match="line 1, column 2003: expands to more than 1000 entries"):
         read_yaml(write("a: [" + "1," * 10_000 + "]"))
 
 

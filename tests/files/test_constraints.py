@@ -13,7 +13,7 @@ from affordance.files.constraints import Length, Name, OneLine, Whole, Within, c
 _BAD = {
     "": "is '', must be a non-empty text",
     " ": "is ' ', must be a non-empty text",
-    "n" * 201: "has 201 letters, must have at most 200",
+    "n" * 201: "has 201 characters, must have at most 200",
     "a\nb": "is 'a\\nb', must be without the hidden character U+000A",
     "\u202eb": "is '\\u202eb', must be without the hidden character U+202E",
 }

@@ -37,9 +37,9 @@ def write(tmp_path):
         ),
         ("a.obj", "v 0 0 0\nf 1 2 999999999999\n", "is no readable OBJ file: "),
         ("a.obj", TRIANGLE + "usemtl a\nf 1 2 3\n" * 10_001, "has 10001 pieces, must have at most 10000"),
-        ("a.obj", "", "holds no triangles"),
+        ("a.obj", "", "contains no triangles"),
         ("a.ply", "ply\n", "is no readable PLY file: "),
-        ("a.stl", "solid\nfacet", "holds no triangles"),
+        ("a.stl", "solid\nfacet", "contains no triangles"),
     ],
 )
 def test_mesh_that_promises_more_than_it_holds_is_one_line(write, name, content, problem):
@@ -88,9 +88,9 @@ INSTANCE = '<instance_node url="#{}"/>'
     [
         (
             [NODE.format("n0", ""), *(NODE.format(f"n{k}", INSTANCE.format(f"n{k - 1}") * 9) for k in range(1, 12))],
-            "repeats its nodes to more than 400000 elements",
+            "expands to more than 400000 elements by repeating nodes",
         ),
-        ([NODE.format("n11", f"<node>{INSTANCE.format('n11')}</node>")], "node n11: stands inside of itself"),
+        ([NODE.format("n11", f"<node>{INSTANCE.format('n11')}</node>")], "node n11: contains itself"),
         ([NODE.format(f"n{k}", INSTANCE.format(f"n{k + 1}")) for k in range(11, 5000)], "is not XML of meshes: max"),
         (["<node>"], "is not XML of meshes: mismatched tag"),
     ],
@@ -109,5 +109,5 @@ def test_collada_that_repeats_a_mesh_is_read(write):
 
 def test_collada_with_entities_is_one_line(write):
     bomb = '<!DOCTYPE a [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;">]>'
-    with pytest.raises(BadValueError, match=r"a.dae: line 1: defines the entity 'a', must be written out"):
+    with pytest.raises(BadValueError, match=r"a.dae: line 1: defines the entity 'a', must be expanded"):
         load_scene(write("a.dae", f"{bomb}<COLLADA>&b;</COLLADA>"))

@@ -14,7 +14,7 @@ LAUGHS = '<!DOCTYPE a [<!ENTITY a "ha">' + "".join(
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        (LAUGHS + "]><robot>&i;</robot>", "line 1: defines the entity 'a', must be written out"),
+        (LAUGHS + "]><robot>&i;</robot>", "line 1: defines the entity 'a', must be expanded"),
         ('<!DOCTYPE a [\n<!ENTITY a SYSTEM "file:///etc/passwd">]><a>&a;</a>', "line 2: defines the entity 'a'"),
         ('<!DOCTYPE a [<!ENTITY % a SYSTEM "http://a.b/c"> %a;]><a/>', "line 1: defines the entity 'a'"),
         ("<a>" * 300 + "</a>" * 300, "line 1: is more than 200 elements deep"),
@@ -36,5 +36,5 @@ def test_elements_and_bytes_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(xml_file, "_MOST_ELEMENTS", 10)
     assert len(read_xml(path, 1000)) == 9
     path.write_text(f"<a>{'<b/>' * 10}</a>")
-    assert "line 1: makes more than 10 elements" in refuse(read_xml, path, 1000)
+    assert "line 1: has more than 10 elements" in refuse(read_xml, path, 1000)
     assert "must have at most 1e-05 MB" in refuse(read_xml, path, 10)

@@ -117,7 +117,7 @@ def test_times_sort_as_texts(text, shown):
         ({"object_name": 3}, "object_name: is 3, must be a non-empty text"),
         ({"object_name": "\x1b[2J"}, r"object_name: is '.x1b\[2J', must be without the hidden character U\+001B"),
         ({"robot": "a\r\nb"}, r"robot: is 'a.r.nb', must be without the hidden character U\+000D"),
-        ({"robot": "n" * 501}, "robot: has 501 letters, must have at most 500"),
+        ({"robot": "n" * 501}, "robot: has 501 characters, must have at most 500"),
         ({"source": "\u202e"}, r"source: is '.u202e', must be without the hidden character U\+202E"),
         ({"fingerprint": None}, "fingerprint: is empty, must be a non-empty text"),
     ],

@@ -61,7 +61,7 @@ def test_command_teaches_weighings_to_a_memory(tmp_path: Path) -> None:
         (
             "    mass: 1.2\n    mass_sd: 0.02\n",
             "    mass_sd: 0.02\n",
-            "tools[0].mass_sd: is the error of a mass, which is missing",
+            "tools[0].mass_sd: is the standard deviation of a mass, which is missing",
         ),
         (", mass: 0.28", ", mass: 0", "mass: is 0, must be"),
         (", mass: 0.28", ", mass: heavy", "mass: is 'heavy', must be"),

@@ -155,7 +155,7 @@ def test_material_of_a_cavity_is_that_around_it(read, tmp_path):
     write_obj(tmp_path / "hollow.obj", *join(outer, (inner[0], inner[1][:, ::-1])))
     hollow = read("mesh: hollow.obj, unit: mm, materials: [oak, oak]")
     assert hollow.mass == pytest.approx(563 * (1e-3 - 1.25e-4))
-    with pytest.raises(BadValueError, match="the wall of a cavity in shell 0, must be its 'oak'"):
+    with pytest.raises(BadValueError, match="the wall of a cavity in shell 0, must be that shell's 'oak'"):
         read("mesh: hollow.obj, unit: mm, materials: [oak, brass]")
 
 
@@ -165,7 +165,7 @@ def test_overlapping_bodies_are_counted_twice_with_a_warning(read, tmp_path, cap
     with caplog.at_level(logging.WARNING):
         tool = read("mesh: overlap.obj, unit: mm, materials: [oak, oak]")
     assert tool.mass == pytest.approx(2 * 0.563)
-    assert "25.0 % of the volume lies in two bodies at once" in caplog.text
+    assert "25.0 % of the volume is shared by two bodies" in caplog.text
 
 
 def test_striking_face_belongs_to_the_part_it_lies_on(read):
@@ -250,18 +250,18 @@ def test_file_without_tools_is_refused(files, text, said):
         ),
         ("mesh: hammer.glb, unit: m, material: oak", "is a .glb, must be one of .obj, .ply, .stl; export it as"),
         ("mesh: hatchet.obj, unit: m, material: oak", "hatchet.obj: cannot be read: no such file"),
-        ("mesh: hammer.obj, unit: mm, materials: [oak]", "has 1 entries, must have 2: one a shell"),
+        ("mesh: hammer.obj, unit: mm, materials: [oak]", "has 1 entries, must have 2: one per shell"),
         ("mesh: hammer.obj, unit: mm, materials: [oak, gold]", "is 'gold', must be one of brass, oak"),
-        ("mesh: hammer.obj, unit: mm, colour: file", "the file shows none of part 0"),
+        ("mesh: hammer.obj, unit: mm, colour: file", "the file has no colour for part 0"),
         (
             'mesh: hammer.obj, unit: mm, colour: "#00ff00"',
-            "is the colour of 0 materials, must be that of one; the nearest",
+            "is the colour of 0 materials, must be of exactly one; the nearest",
         ),
         ("mesh: hammer.obj, unit: mm, shell: 2, material: oak", "components[0].shell: is 2"),
         ("box: [1, 2, 3], position: [0, 0, 0], material: oak", "components[0].box"),
         (
             "box: [0.1, 0.1, 0.1], capsule: [0.1, 0.1], position: [0, 0, 0], material: oak",
-            "is given with box, only one",
+            "is given together with box, must be the only one",
         ),
         ("position: [0, 0, 0], material: oak", "components[0].semi_axes: is missing: one of semi_axes, box,"),
     ],

@@ -56,7 +56,7 @@ beech: {colour: "#c98f5a", density: 720, density_sd: 72, source: a book}
         ('"#b5a642"', "yellow", "brass.colour: is 'yellow', must be red, green and blue in hexadecimal"),
         ("source: a table", "source: ''", "brass.source: is '', must be a non-empty text"),
         ("brass:", "3:", "materials.yaml: has a name that is 3, must be a non-empty text"),
-        (GOOD, "{}", "materials.yaml: is empty, must hold at least one entry"),
+        (GOOD, "{}", "materials.yaml: is empty, must have at least one entry"),
     ],
 )
 def test_mistake_in_a_material_is_refused(tmp_path, old, new, said):

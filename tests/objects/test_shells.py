@@ -29,7 +29,7 @@ def test_body_wound_inwards_is_turned_and_that_is_said():
     vertices, faces = make_box([0, 0, 0], [0.1, 0.1, 0.1])
     found = find_shells(vertices, faces[:, ::-1])
     np.testing.assert_allclose(list_volumes(found), [1e-3])
-    assert found.repairs == ("shell 0 was wound inwards, and was turned outwards",)
+    assert found.repairs == ("shell 0 was wound inwards, and was reversed",)
 
 
 def test_triangles_without_common_corners_are_joined():
@@ -47,7 +47,7 @@ def test_triangles_without_common_corners_are_joined():
     ("change", "message"),
     [
         (lambda f: f[:-1], "3 edges that are open"),
-        (lambda f: np.vstack([f[:1, ::-1], f[1:]]), "wound against each other"),
+        (lambda f: np.vstack([f[:1, ::-1], f[1:]]), "of opposite winding"),
         (lambda f: f[:, [0, 0, 1]], "no face with an area"),
         (lambda f: np.vstack([f[:1], f[:1, ::-1]]), "bounds no volume"),
     ],

@@ -18,8 +18,8 @@ from affordance.plant.load import load_arm
         (
             "<effort>9.5</effort>",
             "<effort>0</effort>",
-            "has no actuator for wrist_deviation; in a URDF Drake makes one of every <transmission>, in an SDF of"
-            " every joint with an effort limit other than 0",
+            "has no actuator for wrist_deviation; in a URDF Drake creates one for each <transmission>, in an SDF for"
+            " each joint with an effort limit other than 0",
         ),
         (
             'name="elbow_flexion" type="revolute"',

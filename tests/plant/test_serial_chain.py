@@ -103,5 +103,5 @@ def test_branching_joints_are_refused():
         third = plant.AddRigidBody("third", SpatialInertia.SolidSphereWithMass(1.0, 0.1))
         plant.AddJoint(RevoluteJoint("right", second.body_frame(), third.body_frame(), [0, 1, 0]))
 
-    with pytest.raises(ModelFileError, match=r"two.sdf: has joints that do not lie one after the other"):
+    with pytest.raises(ModelFileError, match=r"two.sdf: has joints that are not in series"):
         build_chain(build_arm(connect))

@@ -32,10 +32,10 @@ def test_all_faults_are_in_one_message_with_the_options_that_settle_them(tmp_pat
     path = write_bench(tmp_path, *NO_LIMITS, heavy, damping)
     said = refuse(read_arm, path, TIP)
     for part in (
-        "joint j_s: has a limit of torque (effort) of 0 N m, must be more than 0 (so do j_u, j_f, j_w1, j_w2, j_w3)",
-        "--effort VALUE gives limits (N m)",
+        "joint j_s: has a torque limit (effort) of 0 N m, must be more than 0 (so do j_u, j_f, j_w1, j_w2, j_w3)",
+        "--effort VALUE sets limits (N m)",
         "joint j_s: has a velocity limit of -1 rad/s, must be more than 0 (so do j_u, j_f, j_w1, j_w2, j_w3)",
-        "--velocity VALUE gives limits (rad/s)",
+        "--velocity VALUE sets limits (rad/s)",
         "joint j_w3: has a damping of -2 N m s/rad, must be at least 0; --damping none",
         "link pad: has an inertia no solid can have",
         "--mend-inertia",
@@ -64,7 +64,7 @@ def test_impossible_inertia_is_mended_where_it_hardly_matters(
         assert read_arm(path, ImportOptions("flange", mend_inertia=True)).mended == ("pad",)
         return
     arm, home = extract_arm(path, TIP)
-    assert any(each.startswith("link pad has ") and "replaces it" in each for each in list_warnings(arm, home))
+    assert any(each.startswith("link pad has ") and "is used instead" in each for each in list_warnings(arm, home))
     assert arm.mass == pytest.approx(17.2 + mass)
     assert load_robot(path, "flange").joint_names == tuple(arm.joint_names)
 

@@ -53,6 +53,6 @@ def test_tip_with_the_name_of_a_joint_is_found_again(tmp_path: Path) -> None:
 
 def test_joint_with_the_name_of_the_hand_is_refused(tmp_path: Path) -> None:
     path = write_bench(tmp_path, ('"j_w1"', '"hand_grip"'))
-    assert "joint hand_grip: has a name that stands for the hand" in refuse(
+    assert "joint hand_grip: has a name that is reserved for the hand" in refuse(
         extract_arm, path, ImportOptions("flange")
     )

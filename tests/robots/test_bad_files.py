@@ -81,11 +81,11 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
     [
         (
             {'lower="-2.5" upper="2.4" velocity="3" effort="40"': 'lower="-2.5" upper="2.4" velocity="3"'},
-            "joint right_j1: has no limit of torque (effort), must",
+            "joint right_j1: has no torque limit (effort), must",
         ),
         (
             {'effort="40"': 'effort="0"'},
-            "joint right_j1: has a limit of torque (effort) of 0 N m, must be more than 0",
+            "joint right_j1: has a torque limit (effort) of 0 N m, must be more than 0",
         ),
         ({'velocity="3"': 'velocity="0"'}, "joint right_j1: has a velocity limit of 0 rad/s, must be more"),
         ({'upper="2.4"': 'upper="fast"'}, "joint lift.limit.upper: is 'fast', must be a number"),
@@ -109,7 +109,7 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
         ({"</robot>": ""}, "is not XML: "),
         (
             {"<robot ": "<machine ", "</robot>": "</machine>"},
-            "is of <machine>, must be of <robot> (URDF), <sdf> or <muj",
+            "begins with <machine>, must with <robot> (URDF), <sdf> or <muj",
         ),
         ({'joint name="neck"': 'joint name="lift"'}, "joint lift: appears twice"),
         (
@@ -139,7 +139,7 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
             {'lower="-2.5" upper="2.4"': 'lower="2.5" upper="-2.4"'},
             "joint right_j1: has position limits from 2.5 to -2.4 rad, must be a range",
         ),
-        ({'effort="40"': 'effort="inf"'}, "joint right_j1: has no limit of torque (effort), must"),
+        ({'effort="40"': 'effort="inf"'}, "joint right_j1: has no torque limit (effort), must"),
         ({'damping="0.2"': 'damping="-0.2"'}, "joint right_j2: has a damping of -0.2 N m s/rad, must be at least 0"),
         ({'<axis xyz="1 0.2 0"/>': '<axis xyz="0 0 0"/>'}, "joint right_j4: has an axis of zero length, must have a"),
         (
@@ -155,7 +155,7 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
             {'<parent link="left_1"/><child link="left_2"/>': '<parent link="left_1"/><child link="right_2"/>'},
             "link right_2: is the child of two joints, right_j2 and left_j2, must be of one",
         ),
-        ({'effort="40"': 'effort="0"'}, "--effort VALUE gives limits (N m)"),
+        ({'effort="40"': 'effort="0"'}, "--effort VALUE sets limits (N m)"),
         (
             {'ixy="1e-4"': 'ixy="0.01"'},
             "has products of inertia no solid can have (Ixy, Ixz, Iyz 0.01, -0.0002, 0.0003 kg m^2, which"
@@ -172,8 +172,8 @@ def test_mistake_in_a_urdf_is_refused(tmp_path: Path, changes: dict[str, str], s
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("<effort>20</effort>", "", "joint bend: has no limit of torque (effort)"),
-        ("<effort>20</effort>", "<effort>-1</effort>", "joint bend: has no limit of torque (effort)"),
+        ("<effort>20</effort>", "", "joint bend: has no torque limit (effort)"),
+        ("<effort>20</effort>", "<effort>-1</effort>", "joint bend: has no torque limit (effort)"),
         ("<lower>-3</lower>", "<lower>nan</lower>", "joint pan.axis.limit.lower: is 'nan', must be a number"),
         ("<lower>-3</lower>", "<lower>4</lower>", "joint pan: has position limits from 4 to 3 rad, must be a range"),
         (
@@ -190,22 +190,22 @@ def test_mistake_in_a_urdf_is_refused(tmp_path: Path, changes: dict[str, str], s
         (
             "\n<inertial><mass>0.5</mass><inertia><ixx>0.001</ixx><iyy>0.001</iyy><izz>0.001</izz></inertia></inertial>",
             "",
-            "link wrist: has no <inertial>, for which SDF puts 1 kg",
+            "link wrist: has no <inertial>, for which SDF's default is 1 kg",
         ),
         (
             '<link name="foot">',
             '<include><uri>package://drake_models/ur3e/ur3e_cylinder.sdf</uri></include><link name="foot">',
-            "include: is not read here, must be written out",
+            "include: is not supported, must be expanded",
         ),
         (
             '<link name="foot">',
             '<include><uri>file:///etc/passwd</uri></include><link name="foot">',
-            "include: is not read here, must be written out",
+            "include: is not supported, must be expanded",
         ),
         (
             '<link name="foot">',
             '<include><uri>model://x</uri></include><link name="foot">',
-            "include: is not read here, must be written out",
+            "include: is not supported, must be expanded",
         ),
         ('type="revolute"><parent>lower', 'type="ball"><parent>lower', "joint bend: is of type"),
     ],
@@ -229,7 +229,7 @@ HEAVY = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz
         (
             "",
             "has no mass for any link of the arm, must have inertias (<inertial>); "
-            "another file of the robot, as simulators have it, may have them",
+            "another file of this robot, such as one for a simulator, may have them",
         ),
         (HEAVY, "has its tip on its first joint's axis, must have a length"),
     ],

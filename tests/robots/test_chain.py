@@ -41,7 +41,9 @@ def test_frames_that_drake_makes_are_no_tips(tmp_path: Path) -> None:
     made = [name for name in frames if name and name not in ("foot", "upper", "lower", "wrist", "grip")]
     assert len(made) > 2
     for name in made:
-        assert "has not" in refuse(find_chain, tree, name, None) or "is a joint of" in refuse(find_chain, tree, name)
+        assert "is not in" in refuse(find_chain, tree, name, None) or "is a joint of" in refuse(
+            find_chain, tree, name
+        )
 
 
 def test_a_fingertip_is_answered_with_the_hand(tmp_path: Path) -> None:
@@ -67,7 +69,7 @@ def test_the_base_is_called_the_root_only_where_it_is(tmp_path: Path) -> None:
     bolt = '<joint name="bolt" type="fixed"><parent>plate</parent><child>foot</child></joint>'
     fixed = f'{plate}{bolt}<joint name="pan"'
     chain = find_chain(read(tmp_path / "b.sdf", SDF.replace('<joint name="pan"', fixed)), "grip", None)
-    assert (chain.base.name(), chain.why_base) == ("foot", "no joint above it moves, up to the robot's root, plate")
+    assert (chain.base.name(), chain.why_base) == ("foot", "no joint between it and the robot's root, plate, moves")
 
 
 def test_limits_of_torque_that_a_file_lacks_are_given_or_left_below_the_base(tmp_path: Path) -> None:
@@ -77,7 +79,7 @@ def test_limits_of_torque_that_a_file_lacks_are_given_or_left_below_the_base(tmp
     text = path.read_text()
     start = text.index(good, text.index('<joint name="right_j1"'))
     path.write_text(text[:start] + good.replace("40", "0") + text[start + len(good) :])
-    said = r"--effort right_j1=VALUE gives limits \(N m\), --base right_1 leaves out what lies below"
+    said = r"--effort right_j1=VALUE sets limits \(N m\), --base right_1 leaves out the joints below it"
     with pytest.raises(BadValueError, match=said):
         read_arm(path, ImportOptions("right_tool"))
     assert len(read_arm(path, ImportOptions("right_tool", base="right_1")).links) == 3
@@ -115,7 +117,7 @@ def test_tip_is_the_end_of_the_longest_limb(tmp_path: Path, old: str, new: str, 
 
 def test_no_tip_is_taken_where_two_limbs_are_the_longest(tmp_path: Path) -> None:
     said = refuse(read_arm, write_urdf(tmp_path), ImportOptions())
-    assert "--tip: is missing: link or frame of" in said
+    assert "--tip: is missing, must be the link or frame of" in said
     assert "limbs end in right_4 (4 joints), right_tool (4 joints), left_4 (4 joints), left_tool (4 joints)" in said
 
 

@@ -15,10 +15,10 @@ from affordance.robots.home import (
     HomePosture,
     compute_static_torques,
     find_home,
-    find_shoulder,
+    get_shoulder,
     plant_arm,
 )
-from affordance.robots.importer import ImportOptions, extract_arm, find_roll, read_arm
+from affordance.robots.importer import ImportOptions, compute_roll, extract_arm, read_arm
 from affordance.robots.reduced_arm import ReducedArm, turn_up
 
 OURS = ImportOptions("hand_grip")
@@ -29,7 +29,7 @@ def test_the_hand_is_level_points_outwards_and_joints_keep_clear_of_their_limits
     model, q = ArmModel(plant_arm(arm)), home.q
     model.set_posture(q)
     X_WH = model.compute_hand_pose().GetAsMatrix4()
-    away = X_WH[:3, 3] - model.compute_frame_position(find_shoulder(model.arm))
+    away = X_WH[:3, 3] - model.compute_frame_position(get_shoulder(model.arm))
     assert abs(X_WH[2, 0]) < 1e-5
     assert X_WH[:3, 0] @ away / np.linalg.norm(away) > np.cos(np.radians(20.1))
     for link, angle in zip(arm.links, q, strict=True):
@@ -134,12 +134,12 @@ def test_the_roll_that_is_found_lifts_z_higher_than_any_other(rng: np.random.Gen
     for _ in range(20):
         R_WH = Rotation.from_rotvec(rng.uniform(-3.0, 3.0, 3)).as_matrix()
         heights = [(R_WH @ turn_about_x(angle))[2, 2] for angle in np.linspace(-np.pi, np.pi, 2001)]
-        found = (R_WH @ turn_about_x(find_roll(R_WH)))[2, 2]
+        found = (R_WH @ turn_about_x(compute_roll(R_WH)))[2, 2]
         if np.hypot(*R_WH[2, 1:]) > 0.18:
             assert found >= max(heights) - 1e-9
 
 
 def test_a_hand_that_points_up_is_not_turned() -> None:
     R_WH = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
-    assert find_roll(R_WH) == 0.0
-    assert find_roll(R_WH @ turn_about_x(1.0)) == 0.0
+    assert compute_roll(R_WH) == 0.0
+    assert compute_roll(R_WH @ turn_about_x(1.0)) == 0.0

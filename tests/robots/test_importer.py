@@ -16,23 +16,23 @@ LIMBS = "limbs end in right_4 (4 joints), right_tool (4 joints), left_4 (4 joint
 @pytest.mark.parametrize(
     ("tip", "said"),
     [
-        ("", f"is missing: link or frame of {{file}} that holds things; {LIMBS}"),
-        ("rigt_tool", "is 'rigt_tool', which {file} has not; nearest: right_tool, left_tool, right_4"),
-        ("right_tol", "is 'right_tol', which {file} has not; nearest: right_tool, right_4, left_tool"),
-        ("right_j1_parent", "is 'right_j1_parent', which {file} has not; nearest: right_tool, right_4"),
-        ("flange", f"is 'flange', which {{file}} has not; {LIMBS}"),
+        ("", f"is missing, must be the link or frame of {{file}} that holds objects; {LIMBS}"),
+        ("rigt_tool", "is 'rigt_tool', which is not in {file}; nearest: right_tool, left_tool, right_4"),
+        ("right_tol", "is 'right_tol', which is not in {file}; nearest: right_tool, right_4, left_tool"),
+        ("right_j1_parent", "is 'right_j1_parent', which is not in {file}; nearest: right_tool, right_4"),
+        ("flange", f"is 'flange', which is not in {{file}}; {LIMBS}"),
         (
             "right_finger",
-            "is 'right_finger', which is on a finger of right_4, must be a link that no finger moves: right_4? A"
-            " --base makes an arm of the finger",
+            "is 'right_finger', which is on a finger of right_4, must be a link that no finger moves: right_4? To"
+            " import the finger as an arm, give a --base",
         ),
         (
             "right_thumb",
-            "is 'right_thumb', which is on a finger of right_4, must be a link that no finger moves: right_4? A"
-            " --base makes an arm of the finger",
+            "is 'right_thumb', which is on a finger of right_4, must be a link that no finger moves: right_4? To"
+            " import the finger as an arm, give a --base",
         ),
         ("right_j2", "is 'right_j2', which is a joint of {file}, must be a link: right_2?"),
-        ("pelvis", "is 'pelvis', with no joint that turns between it and world"),
+        ("pelvis", "is 'pelvis', with no revolute joint between it and world"),
     ],
 )
 def test_tip_that_holds_nothing_is_refused_with_those_that_do(tmp_path: Path, tip: str, said: str) -> None:
@@ -43,17 +43,17 @@ def test_tip_that_holds_nothing_is_refused_with_those_that_do(tmp_path: Path, ti
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"base": "left_1"}, "--base: is 'left_1', which is not above right_tool, must be of"),
+        ({"base": "left_1"}, "--base: is 'left_1', which is not above right_tool, must be one of"),
         ({"base": "tors"}, "nearest: torso"),
         ({"base": "pelvis"}, "joint lift: is of type prismatic, must be revolute"),
         (
             {"base": "right_2"},
-            "finds no posture of its 2 joints (right_j3, right_j4) with the hand level and pointing away from the"
+            "has no posture of its 2 joints (right_j3, right_j4) with the hand level and pointing away from the"
             " shoulder; give one with --posture, or another --out-axis, or more joints with --base",
         ),
         ({"out_axis": "up"}, "--out-axis: is 'up', must be one of x, y, z, -x, -y, -z"),
         ({"posture": {"nek": 0.1}}, "--posture: names 'nek', which is not a moving joint of"),
-        ({"posture": {"neck": 7.0}}, "--posture: puts neck at 7, must be from -2.5 to 2.4"),
+        ({"posture": {"neck": 7.0}}, "--posture: sets neck to 7, must be from -2.5 to 2.4"),
         ({"posture": {"left_follow": 0.2}}, "which follows left_grip"),
         ({"rotor_inertia": {"neck": 0.2}}, "--rotor-inertia: names 'neck', which is not a joint of"),
     ],

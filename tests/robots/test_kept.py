@@ -63,12 +63,12 @@ def test_the_report_says_what_was_taken_assumed_left_out_and_lacks(tmp_path: Pat
     text = (folder / "report.txt").read_text()
     for said in (
         "4 joints from torso to right_tool: right_j1, right_j2, right_j3, right_j4",
-        "base: torso, as another limb leaves from it, by left_j1",
-        "Coulomb friction (N m), which Drake's joints do not know: right_j2 1.5",
-        "couplings of joints, which are frozen where they follow to: right_follow, left_follow",
+        "base: torso, because another limb branches off there, at left_j1",
+        "Coulomb friction (N m), which Drake's joints do not have: right_j2 1.5",
+        "couplings of joints, each frozen where its leader puts it: right_follow, left_follow",
         "inertia of the link head, which is not part of the arm: it has a mass of -1 kg",
-        "no inertia of rotors and gears, for every joint",
-        "links that move with another were added to it: 3 to right_4",
+        "no inertia of rotors and gears for every joint",
+        "links merged into the link they are fixed to: 3 to right_4",
         "blow: too weak",
         "the mesh package://nowhere/meshes/right_1.stl was not found",
         "static payload at home ",
@@ -100,8 +100,8 @@ def test_limits_of_torque_that_are_given_are_said_and_placeholders_warned_of(tmp
     printed = answer("import-arm", path, *words, "--out", tmp_path / "models")
     assert (tmp_path / "models" / "arm.sdf").read_text().count("<effort>1000.0<") == 3
     text = (tmp_path / "models" / "report.txt").read_text()
-    assert "limits of torque are those that were given, not the file's" in text
-    warning = "the torque limits may be placeholders; --effort gives others"
+    assert "torque limits as given, not the file's" in text
+    warning = "the torque limits may be placeholders; --effort overrides them"
     assert warning in text
     assert warning in next(line for line in printed.lines if line.startswith("warning: "))
 
@@ -122,7 +122,7 @@ def test_shapes_of_an_mjcf_that_are_not_taken_over_are_named(tmp_path: Path) -> 
     text = MJCF.replace('<site name="grip_site"', f'{mesh}<site name="grip_site"')
     path.write_text(text.replace('<body name="third"', mesh.replace("/>", ' group="3"/>') + '<body name="third"'))
     folder = import_kept(path, ImportOptions("grip_site"), tmp_path / "kept")
-    said = "meshes and turned shapes of base, third are not taken over from the file: simple shapes or capsules stand"
+    said = "meshes and turned shapes of base, third are not imported: simple shapes or capsules are"
     assert said in (folder / "report.txt").read_text()
 
 

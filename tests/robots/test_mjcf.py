@@ -189,26 +189,26 @@ def test_a_link_of_the_models_folder_does_not_lead_out_of_it(tmp_path: Path) -> 
         (
             'forcerange="-8 7"',
             'forcerange="-8 7" forcelimited="false"',
-            "joint a3: has no limit of torque (effort), must have one of more than 0 N m; --effort a3=VALUE gives",
+            "joint a3: has no torque limit (effort), must have one of more than 0 N m; --effort a3=VALUE sets",
         ),
         (
             'forcerange="-8 7"',
             'ctrlrange="-1 1" kp="50"',
-            "joint a3: has no limit of torque (effort), must have one of more than 0 N m; --effort a3=VALUE gives",
+            "joint a3: has no torque limit (effort), must have one of more than 0 N m; --effort a3=VALUE sets",
         ),
         (
             'forcerange="-8 7"',
             'forcerange="0 0"',
-            "joint a3: has no limit of torque (effort), must have one of more than 0 N m; --effort a3=VALUE gives",
+            "joint a3: has no torque limit (effort), must have one of more than 0 N m; --effort a3=VALUE sets",
         ),
-        ('forcerange="-8 7"', "", "joint a3: has no limit of torque (effort)"),
+        ('forcerange="-8 7"', "", "joint a3: has no torque limit (effort)"),
         (
             '<inertial pos="0.05 0 0" mass="0.4" diaginertia="0.001 0.0012 0.0013"/>',
             '<geom type="mesh" mesh="m"/>',
-            "link third: takes its inertia from the mesh m, must have an <inertial>",
+            "link third: derives its inertia from the mesh m, must have an <inertial>",
         ),
         ('mass="0.4"', 'mass="0"', "link third: has a mass of 0 kg"),
-        ('diaginertia="0.001 0.0012 0.0013"', 'diaginertia="0 0 0"', "makes no arm that Drake takes: "),
+        ('diaginertia="0.001 0.0012 0.0013"', 'diaginertia="0 0 0"', "gives an arm that Drake rejects: "),
         ('range="-2 2"', 'range="2 -2"', "joint a1: has position limits from 2 to -2 rad, must be a range"),
         (
             '<joint damping="0.1"',

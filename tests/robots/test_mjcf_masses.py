@@ -86,7 +86,7 @@ def test_coupled_joints_are_frozen_where_the_coupling_puts_them(
 def test_another_strength_of_gravity_is_remarked_on(tmp_path: Path, gravity: str, strength: float) -> None:
     path = write_bench(tmp_path, ("<worldbody>", f'<option gravity="{gravity}"/><worldbody>'), mjcf=True)
     arm = read_arm(path, TIP)
-    assert f"the file's gravity is {strength:g} m/s^2; here it is 9.81 m/s^2" in arm.tree.description.remarks
+    assert f"the file's gravity is {strength:g} m/s^2, but 9.81 m/s^2 is used" in arm.tree.description.remarks
 
 
 def test_gravity_along_no_axis_is_refused(tmp_path: Path) -> None:
@@ -102,9 +102,7 @@ def test_given_axis_that_points_up_replaces_that_of_gravity(tmp_path: Path) -> N
 
 def test_weight_that_the_simulator_carries_is_refused_or_left_to_the_motors(tmp_path: Path) -> None:
     path = write_bench(tmp_path, ('<body name="u"', '<body name="u" gravcomp="1"'), mjcf=True)
-    said = (
-        "link u: has a gravcomp of 1, by which MuJoCo carries its weight, must be left to the motors; --gravcomp none"
-    )
+    said = "link u: has a gravcomp of 1: MuJoCo carries its weight, but the motors must carry it; --gravcomp none"
     assert said in refuse(read_arm, path, TIP)
     arm = read_arm(path, ImportOptions("flange", gravcomp=False))
     assert compare_with_mujoco(write_bench(tmp_path, mjcf=True), arm) < 1e-9
@@ -114,15 +112,15 @@ def test_total_mass_needs_all_masses(tmp_path: Path) -> None:
     mesh = ("<worldbody>", '<asset><mesh name="m" file="m.stl"/></asset><worldbody>')
     table = ('<body name="pedestal">', '<body name="pedestal"><geom type="mesh" mesh="m"/>')
     path = write_bench(tmp_path, mesh, table, compiler('settotalmass="30"'), mjcf=True)
-    assert "settotalmass: needs all masses, but link pedestal takes its inertia" in refuse(read_arm, path, TIP)
+    assert "settotalmass: needs all masses, but link pedestal derives its inertia" in refuse(read_arm, path, TIP)
 
 
 @pytest.mark.parametrize(
     ("tie", "said"),
     [
-        ('<connect body1="w3" body2="f" anchor="0 0 0"/>', "body w3 is closed by <connect> to f"),
-        ('<weld body1="w3"/>', "body w3 is closed by <weld> to the world"),
-        ('<connect site1="flange" site2="flange"/>', "body w3 is closed by <connect> to w3"),
+        ('<connect body1="w3" body2="f" anchor="0 0 0"/>', "body w3 is tied to f by <connect>"),
+        ('<weld body1="w3"/>', "body w3 is tied to the world by <weld>"),
+        ('<connect site1="flange" site2="flange"/>', "body w3 is tied to w3 by <connect>"),
         ('<connect body1="w3" body2="f" anchor="0 0 0" active="false"/>', ""),
     ],
 )

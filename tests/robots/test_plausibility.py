@@ -29,7 +29,7 @@ def scale(text: str, attribute: str, factor: float, element: str) -> str:
     [
         ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1e6, "u 169 m, f 155 m"),
         ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1e6, "are moments of inertia in kg mm^2?"),
-        ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1e-6, "radii of gyration as of points"),
+        ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1e-6, "radii of gyration like points'"),
         ("mass", ("value",), 1e3, "s 3.7e+03 kg, u 8.4e+03 kg"),
         ("mass", ("value",), 1e-3, "less than a thin aluminium tube"),
         ("limit", ("lower", "upper"), 57.3, "ranges of more than 50 rad: j_s 332.3"),
@@ -68,8 +68,8 @@ def test_radians_that_were_read_as_degrees_are_the_cause_that_no_posture_is_foun
 @pytest.mark.parametrize(
     ("key", "given", "said"),
     [
-        ("effort", 1000.0, "every joint has a torque limit of 1000 N m: a placeholder? --effort gives others"),
-        ("velocity", 10.0, "every joint has a velocity limit of 10 rad/s: a placeholder? --velocity gives others"),
+        ("effort", 1000.0, "every joint has a torque limit of 1000 N m: a placeholder? --effort overrides it"),
+        ("velocity", 10.0, "every joint has a velocity limit of 10 rad/s: a placeholder? --velocity overrides it"),
         ("effort", 250.0, ""),
     ],
 )
@@ -81,9 +81,9 @@ def test_limits_that_are_one_power_of_ten_are_named(tmp_path: Path, key: str, gi
 def test_arm_that_cannot_bear_itself_is_told_by_which_joint_and_links(tmp_path: Path) -> None:
     path = write_bench(tmp_path, ('mass value="2.3"', 'mass value="90"'))
     warnings = "; ".join(list_warnings(*extract_arm(path, TIP)))
-    assert "the arm cannot bear itself at home: j_u would need" in warnings
+    assert "the arm cannot carry its own weight at home: j_u would need" in warnings
     assert "its limit is 150 N m; the heaviest links that it carries are f 90 kg" in warnings
-    assert "no level posture holds" not in warnings
+    assert "no posture with a level hand holds" not in warnings
 
 
 def test_links_that_differ_from_their_twin_are_named(tmp_path: Path) -> None:
@@ -95,4 +95,4 @@ def test_links_that_differ_from_their_twin_are_named(tmp_path: Path) -> None:
     )
     other = ("</robot>", f"{pads}</robot>")
     found = list_implausible(read_arm(write_bench(tmp_path, other), TIP))
-    assert found == ["link left_pad has 0.2 kg, and its twin right_pad 0.3 kg"]
+    assert found == ["link left_pad has 0.2 kg, but its twin right_pad has 0.3 kg"]

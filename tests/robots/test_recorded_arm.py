@@ -52,5 +52,5 @@ def test_mistake_in_the_file_of_a_recorded_robot_is_refused(tmp_path, old, new, 
 
 def test_ends_of_a_recorded_robot_are_links_of_its_file(tmp_path):
     path = write_urdf(tmp_path)
-    assert refuse(load_robot, path, "flanje") == f"--tip: is 'flanje', which {path} has not; nearest: flange"
-    assert refuse(load_robot, path, "flange", "bass") == f"--base: is 'bass', which {path} has not; nearest: base"
+    assert refuse(load_robot, path, "flanje") == f"--tip: is 'flanje', which is not in {path}; nearest: flange"
+    assert refuse(load_robot, path, "flange", "bass") == f"--base: is 'bass', which is not in {path}; nearest: base"

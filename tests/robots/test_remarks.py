@@ -31,15 +31,15 @@ def finger(name: str, leader: str = "") -> str:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ((U + INERTIA, U), "link u has 8.4 kg and no <inertia>, for which URDF puts a point"),
-        ((INERTIA, INERTIA + INERTIA), "link u has 2 <inertia> elements, of which the first counts"),
+        ((U + INERTIA, U), "link u has 8.4 kg and no <inertia>; URDF's default is a point"),
+        ((INERTIA, INERTIA + INERTIA), "link u has 2 <inertia> elements, of which the first is used"),
         (
             (f"{U}{INERTIA}</inertial>", f"{U}{INERTIA}</inertial><inertial><mass value='1'/></inertial>"),
-            "link u has 2 <inertial> elements, of which the first counts",
+            "link u has 2 <inertial> elements, of which the first is used",
         ),
-        ((LIMIT_S, LIMIT_S + LIMIT_S), "joint j_s has 2 <axis> elements, of which the first counts"),
-        (("</robot>", '<link name="table"/></robot>'), "2 links have no parent, and each is fixed to the world"),
-        (add(finger("a"), finger("b", "k_typo")), "joint k_b follows k_typo, which is no joint of the file"),
+        ((LIMIT_S, LIMIT_S + LIMIT_S), "joint j_s has 2 <axis> elements, of which the first is used"),
+        (("</robot>", '<link name="table"/></robot>'), "2 links have no parent and are fixed to the world"),
+        (add(finger("a"), finger("b", "k_typo")), "joint k_b follows k_typo, which is not in the file"),
         (add(finger("a", "k_b"), finger("b", "k_a")), "joint k_a follows itself (k_a follows k_b follows k_a)"),
     ],
 )

@@ -67,8 +67,10 @@ def test_a_hand_that_is_not_upright_at_home_is_told(folder: Path, tmp_path: Path
     turned = " ".join(map(repr, [*pose[:3].tolist(), *R_LH.as_euler("xyz").tolist()]))
     (old / "arm.sdf").write_text(arm[:start] + turned + arm[end:])
     said = Robot.load(old).describe_tilt()
-    assert said.startswith(f"the hand's z points 68.8 degrees from up at home in {old}, and tools are held turned")
-    assert said.endswith("import the robot again to turn it up (--roll says how the gripper is mounted)")
+    assert said.startswith(
+        f"the hand's z points 68.8 degrees away from up at home in {old}, so tools are held tilted"
+    )
+    assert said.endswith("import the robot again to turn it up (with --roll if the gripper is turned)")
     words = ["reach", "--only", "mallet", "--samples", 200, "--robot", old]
     for command in ("rank", "next"):
         assert f"warning: {said}" in answer(command, *words).lines

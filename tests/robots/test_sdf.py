@@ -126,10 +126,10 @@ def test_position_limits_of_a_continuous_joint_do_not_matter(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("effort", "said"),
     [
-        ("", "has no limit of torque (effort)"),
-        ("<effort>-1</effort>", "has no limit of torque (effort)"),
-        ("<effort>inf</effort>", "has no limit of torque (effort)"),
-        ("<effort>0</effort>", "has a limit of torque (effort) of 0 N m"),
+        ("", "has no torque limit (effort)"),
+        ("<effort>-1</effort>", "has no torque limit (effort)"),
+        ("<effort>inf</effort>", "has no torque limit (effort)"),
+        ("<effort>0</effort>", "has a torque limit (effort) of 0 N m"),
     ],
 )
 def test_torque_must_be_limited(tmp_path: Path, effort: str, said: str) -> None:
@@ -140,7 +140,7 @@ def test_friction_springs_and_damping_are_read(tmp_path: Path) -> None:
     arm = read(tmp_path, "<friction>0.7</friction>", "<friction>0.7</friction><damping>0.3</damping>")
     assert [link.damping for link in arm.links] == [0.3, 0.0, 0.0]
     dropped = list(list_dropped(arm))
-    assert "Coulomb friction (N m), which Drake's joints do not know: pan 0.7" in dropped
+    assert "Coulomb friction (N m), which Drake's joints do not have: pan 0.7" in dropped
     assert "springs (N m/rad): pan 4" in dropped
 
 
@@ -171,7 +171,7 @@ def test_joint_that_follows_is_where_its_leader_puts_it(
 @pytest.mark.parametrize(
     ("inertial", "fault"),
     [
-        ("", "has no <inertial>, for which SDF puts 1 kg"),
+        ("", "has no <inertial>, for which SDF's default is 1 kg"),
         ('<inertial auto="true"/>', 'has an <inertial auto="true">, must have its inertia written out'),
     ],
 )

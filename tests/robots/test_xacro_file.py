@@ -65,14 +65,14 @@ def test_arm_of_a_template_is_that_of_its_expansion(tmp_path: Path) -> None:
             "needs the package 'nowhere', which is not near it",
         ),
         ('<xacro:include filename="$(find nowhere)/a.xacro"/>', AS_IT_IS, "--package nowhere=DIR says where it is"),
-        ('<link name="$(arg side)"/>', AS_IT_IS, "needs a value of side: --xacro side:=VALUE gives it"),
+        ('<link name="$(arg side)"/>', AS_IT_IS, "needs a value for side: --xacro side:=VALUE sets it"),
         ("<xacro:nothing/>", AS_IT_IS, "cannot be expanded by xacro: "),
         (
             "<link name=\"${xacro.load_yaml('../outside.yaml')['a']}\"/>",
             AS_IT_IS,
-            "reads a file that is in neither its own folder",
+            "reads a file outside its own folder",
         ),
-        ('<xacro:include filename="../outside.xacro"/>', AS_IT_IS, "reads a file that is in neither its own folder"),
+        ('<xacro:include filename="../outside.xacro"/>', AS_IT_IS, "reads a file outside its own folder"),
         ("<link name=\"${len('x' * 10**11)}\"/>", AS_IT_IS, "or 2 GB, to expand"),
         ('<link name="${[a for a in range(10**9)][0]}"/>', AS_IT_IS, "or 2 GB, to expand"),
         (
@@ -131,13 +131,15 @@ print(json.dumps(found))
 def test_without_the_extra_the_command_to_type_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_template(tmp_path, "")
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    assert "which wants the extra [xacro]: pip install '.[xacro]' in a clone" in refuse(expand, path, AS_IT_IS)
+    assert "which needs the extra [xacro]: pip install '.[xacro]' in a clone" in refuse(expand, path, AS_IT_IS)
 
 
 def test_kernel_without_limits_expands_what_is_trusted_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_template(tmp_path, "")
     monkeypatch.setattr(xacro_file, "_run", lambda job, folder: (xacro_child.UNLIMITED, b"", ""))
-    assert "this kernel lacks Landlock, which would limit it: --trust-xacro" in refuse(expand, path, AS_IT_IS)
+    assert "this kernel lacks Landlock to restrict it; if you trust it, --trust-xacro" in refuse(
+        expand, path, AS_IT_IS
+    )
 
 
 @pytest.mark.parametrize(
@@ -150,4 +152,4 @@ def test_options_have_a_form(values: list[str], packages: list[str], said: str) 
 
 def test_options_of_a_template_are_refused_for_other_files(tmp_path: Path) -> None:
     options = ImportOptions("flange", xacro=XacroOptions({"side": "left"}))
-    assert "is no xacro template, must be one to take NAME:=VALUE" in refuse(read_arm, write_bench(tmp_path), options)
+    assert "is no xacro template, must be one if NAME:=VALUE" in refuse(read_arm, write_bench(tmp_path), options)

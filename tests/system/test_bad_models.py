@@ -131,7 +131,7 @@ def change(file: Path, old: str, new: str) -> None:
             PATH,
             "elbow_flexion: 1.1376",
             "elbow_flexion: 3.0",
-            "start.elbow_flexion: puts elbow_flexion at 3 rad, must be from -0.034907 to 2.548181 rad",
+            "start.elbow_flexion: sets elbow_flexion to 3 rad, must be from -0.034907 to 2.548181 rad",
         ),
         (
             "reach",
@@ -169,7 +169,7 @@ def change(file: Path, old: str, new: str) -> None:
             NAIL,
             "wrist_flexion: -0.0374",
             "wrist_flexion: 3.0",
-            "nail.yaml: blow.start.wrist_flexion: puts wrist_flexion at 3 rad, must be from -1.22173 to",
+            "nail.yaml: blow.start.wrist_flexion: sets wrist_flexion to 3 rad, must be from -1.22173 to",
         ),
     ],
 )

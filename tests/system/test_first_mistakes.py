@@ -61,7 +61,7 @@ MISTAKES = [
     ("rank reach --robot robt.urdf", "--robot: is 'robt.urdf'", "did you mean 'robot.urdf'?"),
     (
         "import-arm robot.urdf --tip b --out x",
-        "joint j: has no limit of torque",
+        "joint j: has no torque limit",
         "must have one of more than 0 N m; --effort VALUE gives limits",
     ),
     ("import-arm robot.urdf --tip c --out x", "--tip: is 'c'", "it has a, b"),

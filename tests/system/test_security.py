@@ -59,7 +59,7 @@ def change(old, new, text):
 
 # Tools files, and messages that refuse them.
 TOOL_FILES = {
-    "aliases": (LAUGHS, "makes more than 100000 entries"),
+    "aliases": (LAUGHS, "expands to more than 100000 entries"),
     "tags": ("a: !!python/object/apply:os.system ['touch owned']", "could not determine a constructor"),
     "deep": ("[" * 50_000, "is more than 40 levels deep"),
     "digits": (change("0.05", "9" * 5000, PLAIN), "is a number of 5000 characters"),
@@ -87,7 +87,7 @@ ROBOTS = {
     "include": (
         "a.sdf",
         change("<link", "<include><uri>package://drake_models/x.sdf</uri></include><link", SDF),
-        "include: is not read here",
+        "include: is not supported",
     ),
     "deep": (
         "a.urdf",
@@ -102,7 +102,7 @@ RECORDINGS = {
     "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: is longer than 100000 characters"),
     "netCDF": ("loaded.nc", b"CDF\x01" + b"\xff" * 100, "is not a netCDF 3 file of numbers"),
     "database": ("loaded.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
-    "aliases": ("loaded.yaml", LAUGHS, "makes more than 100000 entries"),
+    "aliases": ("loaded.yaml", LAUGHS, "expands to more than 100000 entries"),
     "memory": ("memory.json", "{" * 100_000, "memory.json: is JSON, must be an SQLite file"),
     "ledger": ("ledger.db3", FOREVER, "is a database of another program (tables: none)"),
     "hidden column": (
@@ -111,8 +111,8 @@ RECORDINGS = {
         "columns: is 'tau_\\u202e1', must be without the hidden",
     ),
     URL: (URL, "", "postgresql://...: is a URL, must be the path of an SQLite file"),
-    "gains": ("gains.yaml", LAUGHS, "makes more than 100000 entries"),
-    "object": ("object.yaml", LAUGHS, "makes more than 100000 entries"),
+    "gains": ("gains.yaml", LAUGHS, "expands to more than 100000 entries"),
+    "object": ("object.yaml", LAUGHS, "expands to more than 100000 entries"),
 }
 OPTIONS = {"memory.json": "--memory", "ledger.db3": "--memory", "gains.yaml": "--gains", "object.yaml": "--object"}
 OPTIONS[URL] = "--memory"
@@ -260,7 +260,7 @@ def test_names_of_files_do_not_steer_the_terminal(tmp_path):
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
-        ("r" * 201, "name: has 201 letters, must have at most 200"),
+        ("r" * 201, "name: has 201 characters, must have at most 200"),
         ("a&#10;b", "name: is 'a\\nb', must be without the"),
     ],
 )

@@ -1,8 +1,8 @@
-"""Solid of columns between the surfaces of an object seen from above and, once it is turned over, from below.
+"""Builds a solid of columns between an object's surfaces seen from above and, turned over, from below.
 
-Frame P is that of the object as it is presented: Pz towards the camera in the first view. Both surfaces are sampled
-on one grid of upright columns. A column's upper and lower end show one look, or two, which then share the column.
-Open hollows, which views from other sides show, are removed.
+Frame P is the presented object's, with Pz towards the camera in the first view. Both surfaces are sampled on the same
+grid of upright columns. The two ends of a column have the same look, or two looks that share the column. Open hollows
+that are visible from other sides are removed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,22 +24,23 @@ SPACING = 5e-4
 _ROOM = 5e-3
 # Steps of the search for the pixel that shows a point; it converges where the view is steeper than the surface.
 _STEPS = 12
-# Largest distance between a point's projection and a pixel that shows the point, [pixels].
+# Largest distance between a point's projection and the pixel that shows it, [pixels].
 _MAX_MISS = 1.5
-# Gaps narrower than this number of columns are closed.
+# Gaps narrower than this are closed, [columns].
 _GAP = 5
 _UNKNOWN = -1
-# Length of a piece of a column that is kept or removed, [m].
+# Length of the pieces of a column that are kept or removed, [m].
 _PIECE = 1e-3
-# Distance from a surface within which nothing is removed: two pixels, as outlines and averaged depths are off by one.
+# Nothing is removed within this distance of a surface: two pixels, because outlines and averaged depths may be off by
+# one.
 _MARGIN = 1e-3
-# Least width of a hollow, and width up to which a pit is filled first: at edges, averaged depth mixes with that of
-# what is behind, [m].
+# Least width of a hollow, and width up to which pits are filled first, because averaged depth at edges mixes with
+# that of the background, [m].
 _WIDTH, _RIM = 0.01, 4e-3
 
 
 class View(NamedTuple):
-    """Surface, the look of each pixel, (height, width), -1 for none, and the camera with its pose X_PC, (4, 4)."""
+    """Surface, index of each pixel's look, (height, width), -1 for none, and camera with its pose X_PC, (4, 4)."""
 
     surface: Surface
     labels: Labels
@@ -48,7 +49,7 @@ class View(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """Surface on the grid: mask, height, [m], and index of the look, (rows, columns) each."""
+    """Surface sampled on the grid: mask, height, [m], and index of the look, (rows, columns) each."""
 
     there: Mask
     height: Array
@@ -56,16 +57,16 @@ class Sheet(NamedTuple):
 
 
 class Side(NamedTuple):
-    """Views of an object along Qz and against it, cameras posed in Q, and the rotation R_QP from P to Q, (3, 3)."""
+    """Views of an object along Qz and against it, with cameras' poses in Q, and the rotation R_QP, (3, 3)."""
 
     R_QP: Array
     views: tuple[View, View]
 
 
 def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
-    """Builds the solid of each look between two views from opposite sides, by the look's index; posed in P."""
+    """Builds a solid for each look, by its index, between two views from opposite sides; expressed in P."""
     x, y, sheets = find_sheets([above, below])
-    # At the outline the two views may disagree: a column that only one of them shows counts half.
+    # The two views may disagree at the outline: a column that only one of them shows counts half.
     share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
     top, bottom = (spread_nearest(sheet.height, sheet.there) for sheet in sheets)
     labels = [spread_nearest(sheet.label, sheet.there) for sheet in sheets]
@@ -73,7 +74,10 @@ def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
 
 
 def find_sheets(views: Sequence[View]) -> tuple[Array, Array, list[Sheet]]:
-    """Samples the surfaces of views along one axis on a grid; returns its x, (columns,), its y, (rows,), and them."""
+    """Samples the surfaces of views along one axis on a grid.
+
+    Returns: The grid's x, (columns,), and y, (rows,), [m], and the sampled surface of each view.
+    """
     x, y = _lay_grid(views)
     return x, y, [_look_up(view, x, y) for view in views]
 
@@ -111,10 +115,10 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
     columns = np.clip(np.rint(f * cx / z + centre[0]).astype(np.intp), 0, width - 1)
     rows = np.clip(np.rint(f * cy / z + centre[1]).astype(np.intp), 0, height - 1)
     found = surface.depth[rows, columns]
-    # Where a surface is steeper than the view there may be no such pixel, or several, and the search oscillates.
+    # If a surface is steeper than the view there may be no such pixel, or several, and the search oscillates.
     missed = np.maximum(np.abs(f * cx / found + centre[0] - columns), np.abs(f * cy / found + centre[1] - rows))
     sure = surface.mask[rows, columns] & (missed <= _MAX_MISS)
-    # Columns between certain ones belong to the object, too.
+    # Columns between those that are certain also belong to the object.
     there = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_GAP, _GAP), np.uint8)).astype(bool)
     heights = spread_nearest(view.X_PC[2, 2] * found + view.X_PC[2, 3], sure)
     return Sheet(there, heights, spread_nearest(view.labels[rows, columns], sure))
@@ -123,7 +127,7 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
 def collect_columns(
     x: Array, y: Array, *, share: Array, bottom: Array, top: Array, labels: Sequence[Labels]
 ) -> dict[int, ColumnSolid]:
-    """Collects columns by look; a column that two looks share is halved, the upper half going to the first one."""
+    """Collects columns by look; a column with two looks is halved, and its upper half gets the first."""
     px, py = np.meshgrid(x, y)
     middle = 0.5 * (bottom + top)
     standing = (share > 0.0) & (top > bottom)
@@ -143,7 +147,7 @@ def collect_columns(
 
 
 class _Pieces(NamedTuple):
-    """Columns cut into pieces: owner and middle of each, (N,) and (N, 3), and its lower and upper end, (N, 2)."""
+    """Columns cut into N pieces: column index, (N,), middle, (N, 3), and lower and upper end, (N, 2)."""
 
     owner: NDArray[np.intp]
     middle: Array
@@ -151,7 +155,7 @@ class _Pieces(NamedTuple):
 
 
 def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int, ColumnSolid]:
-    """Removes from solids in P the hollows that sides show to be open and wide; a solid never vanishes."""
+    """Removes open, wide hollows that other views show from solids in P; a solid never vanishes completely."""
     pieces = {number: _cut(solid) for number, solid in solids.items()}
     points = np.concatenate([each.middle for each in pieces.values()])
     kept = np.ones(len(points), dtype=bool)
@@ -165,7 +169,7 @@ def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int,
 
 
 def _find_hollow(side: Side, points: Array) -> Mask:
-    """Returns which points of the solids, (N, 3) in P, lie in a hollow that is open to one end of the axis."""
+    """Returns which points of the solids, (N, 3) in P, are in a hollow that is open to one end of the axis."""
     x, y, sheets = find_sheets(side.views)
     there = sheets[0].there | sheets[1].there
     p = side.R_QP @ points.T
@@ -178,7 +182,7 @@ def _find_hollow(side: Side, points: Array) -> Mask:
         beyond = sign * p[2] > height[rows, columns] + _MARGIN
         empty = np.zeros(there.shape, np.uint8)
         empty[rows[beyond], columns[beyond]] = 1
-        # Pieces lie up to two columns apart.
+        # Pieces are up to two columns apart.
         filled = cv2.morphologyEx(empty, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
         wide = cv2.morphologyEx(filled, cv2.MORPH_OPEN, _build_square(_WIDTH))
         hollow |= beyond & wide[rows, columns].astype(bool)
@@ -186,7 +190,7 @@ def _find_hollow(side: Side, points: Array) -> Mask:
 
 
 def _build_square(width: float) -> NDArray[np.uint8]:
-    """Returns the mask of a square of a width, [m]."""
+    """Builds the mask of a square of a given width, [m]."""
     length = 2 * round(0.5 * width / SPACING) + 1
     return np.ones((length, length), np.uint8)
 
@@ -202,7 +206,7 @@ def _cut(solid: ColumnSolid) -> _Pieces:
 
 
 def _join(solid: ColumnSolid, pieces: _Pieces, kept: Mask) -> ColumnSolid:
-    """Joins the pieces that are kept; those of a column that follow one another are one column again."""
+    """Joins the pieces that are kept; adjacent pieces of a column become one column again."""
     if kept.all() or not (kept & (np.diff(pieces.ends)[:, 0] > 0.0)).any():
         return solid
     joined = kept[1:] & kept[:-1] & (pieces.owner[1:] == pieces.owner[:-1])

@@ -22,9 +22,9 @@ from affordance.vision.pixels.rgbd import Camera
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 NUM_NUMBERS = 9
-# Angle beyond which readings are ignored in favour of the outline: noise and slope grow there, [rad].
+# Readings at larger surface angles are ignored in favour of the outline, because noise and slope grow there, [rad].
 _MAX_ANGLE = np.radians(65.0)
-# Readings with an error of more than this number of standard deviations are rejected.
+# Readings whose error exceeds this number of standard deviations are rejected.
 _MAX_DEVIATION = 4.0
 # Log-normal prior of the sizes of hand-held objects: median 5 cm, within a factor of two with probability 0.68; it
 # matters only where the picture is uninformative.
@@ -79,13 +79,13 @@ class PartView(NamedTuple):
 
 
 def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
-    """Moves and deforms an ellipsoid: d [m], then E (xx, yy, zz, xy, xz, yz), shape (9,)."""
+    """Moves and deforms an ellipsoid by d, [m], and E (xx, yy, zz, xy, xz, yz), together (9,)."""
     stretch = np.eye(3) + build_strain(numbers[3:9])
     return SeenEllipsoid(ellipsoid.centre + numbers[:3], stretch @ ellipsoid.shape_matrix @ stretch)
 
 
 def build_strain(numbers: Array) -> Array:
-    """Builds the symmetric E from six numbers xx, yy, zz, xy, xz, yz, shape (3, 3)."""
+    """Builds the symmetric E, (3, 3), from its six numbers xx, yy, zz, xy, xz, yz."""
     E = np.zeros((3, 3))
     for (i, j), value in zip(INDICES, numbers, strict=True):
         E[i, j] = E[j, i] = value
@@ -105,10 +105,10 @@ def express_fit(fit: Fit, X_TC: Array) -> Fit:
 
 
 class Sighting(NamedTuple):
-    """Intersections of N rays with an ellipsoid: depth of the near side, [m], points, (N, 3), [m], and normals there.
+    """Intersections of N rays with an ellipsoid: depth of the near side, [m], points, (N, 3), [m], and normals.
 
-    A ray outside of the outline has its closest point. Normals A (p - c) point outwards and have no unit length,
-    (N, 3), [1/m]; the distance of each ray inside the outline is of first order, (N,), [pixels].
+    For a ray outside the outline, the point is the closest one. Normals A (p - c), (N, 3), [1/m], point outwards and
+    are not normalised. The distance of each ray inside the outline, (N,), [pixels], is a first-order approximation.
     """
 
     depth: Array
@@ -118,7 +118,7 @@ class Sighting(NamedTuple):
 
 
 def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Sighting:
-    """Intersects rays (N, 3) with z = 1 with an ellipsoid."""
+    """Intersects rays, (N, 3), that have z = 1, with an ellipsoid."""
     A, c = np.linalg.inv(ellipsoid.shape_matrix), ellipsoid.centre
     Ac = A @ c
     Ad = rays @ A
@@ -166,22 +166,22 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
 
 
 def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid to its measurements in a picture, at least as many readings as fitted numbers.
+    """Fits an ellipsoid to its measurements in a picture; needs at least as many readings as fitted numbers.
 
-    Readings are weighted by the sensor's noise at the surface angles of the fit itself, in a few rounds. Measurements
-    that determine no ellipsoid raise an UndeterminedError.
+    Readings are weighted by the sensor's noise at the surface angles of the fit, in a few iterations. Measurements
+    that do not determine an ellipsoid raise an UndeterminedError.
     """
     try:
         fit = _fit_in_rounds(view, camera, noise)
     except np.linalg.LinAlgError as error:
-        raise UndeterminedError(f"what is seen of a part determines no ellipsoid: {error}") from error
+        raise UndeterminedError(f"what is visible of a part does not determine an ellipsoid: {error}") from error
     if not (np.isfinite(fit.misfit) and np.isfinite(fit.covariance).all()):
-        raise UndeterminedError("what is seen of a part determines no ellipsoid: its covariance is not finite")
+        raise UndeterminedError("what is visible of a part does not determine an ellipsoid: infinite covariance")
     return fit
 
 
 def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid as ``fit_ellipsoid`` does, except that a singular matrix raises a LinAlgError."""
+    """Fits an ellipsoid like ``fit_ellipsoid``, but a singular matrix raises a LinAlgError."""
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
     ellipsoid = guess(view, camera)
     used, sd, bias = np.ones(len(rays), dtype=bool), np.full(len(rays), _FIRST_SD), np.zeros(len(rays))
@@ -218,7 +218,7 @@ def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral_sd: Array, camera: Camera) -> Array:
-    """Computes the mean excess depth of readings of a curved surface due to their lateral noise, (N,), [m].
+    """Computes the mean excess depth, (N,), [m], that lateral noise causes in readings of a curved surface.
 
     The mean over a two-dimensional normal distribution equals that over four points at sqrt(2) SD, to third order.
     """
@@ -245,7 +245,7 @@ class _Problem:
     focal_length: float
 
     def __post_init__(self) -> None:
-        """Computes what is fixed."""
+        """Computes the constant quantities."""
         self.rim_shift, self.rim_sd = self.noise.outline_shift, self.noise.outline_sd
         squares, axes = np.linalg.eigh(self.start.shape_matrix)
         self.log_sizes = 0.5 * np.log(squares)

@@ -1,9 +1,9 @@
-"""Segmentation of one or more views of an object into regions of one material, by colour.
+"""Segments one or more views of an object into regions of one material, by colour.
 
-Tints, which do not change with shading, separate materials where they differ. Within one tint lightness separates,
-for grey rubber, steel and aluminium differ in nothing else; but near edges it is due to shading rather than material,
-so a darker or lighter area counts only if it is several pixels wide. Areas too slim or too small to be regions of
-their own are assigned to their neighbours, and every object has at least one region.
+Materials of different tint are separated by tint, which does not change with shading. Within one tint, lightness
+separates materials, because grey rubber, steel and aluminium differ in nothing else. Near edges lightness depends on
+shading rather than material, so a darker or lighter area counts only if it is several pixels wide. Areas that are too
+slim or too small are assigned to their neighbours, and every object has at least one region.
 """
 
 from collections.abc import Sequence
@@ -48,14 +48,14 @@ class Look(NamedTuple):
 
 
 class Looks(NamedTuple):
-    """Looks of an object, and the index of that of each pixel, -1 for none, (height, width) for each view."""
+    """Looks of an object, and the index of each pixel's look, -1 for none, (height, width) for each view."""
 
     looks: tuple[Look, ...]
     labels: tuple[Labels, ...]
 
 
 def find_looks(surfaces: Sequence[Surface]) -> Looks:
-    """Finds the colours of an object in all views of it together."""
+    """Finds the looks of an object in all its views together."""
     tint_labels = _label_tints(surfaces)
     maps = [np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32) for surface in surfaces]
     count = 0
@@ -72,7 +72,7 @@ def find_looks(surfaces: Sequence[Surface]) -> Looks:
 
 
 def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
-    """Labels the tint of each pixel of each view, -1 where there is no object."""
+    """Labels the tint of each pixel of each view; -1 if the pixel does not show the object."""
     tints = [compute_tints(surface.colour) for surface in surfaces]
     modes = _find_modes(np.concatenate([tint[_find_core(s)] for tint, s in zip(tints, surfaces, strict=True)]))
     result = []
@@ -127,7 +127,7 @@ def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) ->
 
 
 def _find_core(surface: Surface) -> Mask:
-    """Finds pixels that show nothing but the object, well lit ones if there are enough."""
+    """Finds pixels that show only the object, restricted to well-lit ones if there are enough."""
     distance = cv2.distanceTransform(surface.mask.astype(np.uint8), cv2.DIST_L2, 5)
     core = surface.lit & (distance >= _CORE)
     return core if core.sum() >= _MIN_SEED else surface.mask
@@ -140,7 +140,7 @@ def _open(mask: Mask, side: int, least: int) -> Mask:
 
 
 def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
-    """Gives every pixel of a mask the label of its nearest seed; pixels of pieces without seed keep the fallback."""
+    """Gives every pixel of a mask its nearest seed's label; pieces without a seed keep the fallback."""
     count, pieces = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     seeded = np.zeros(count, dtype=bool)
     seeded[np.unique(pieces[seeds != _UNKNOWN])] = True
@@ -150,7 +150,7 @@ def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
 
 
 def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
-    """Measures the colour of a region over all views, from its well lit inside if large enough."""
+    """Measures the colour of a region over all views, from its well-lit interior if that is large enough."""
     inner = [
         cv2.erode(region.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool) & surface.lit
         for surface, region in zip(surfaces, regions, strict=True)

@@ -1,4 +1,4 @@
-"""Detection of an object's parts in a picture of the stand, and their features."""
+"""Detects an object's parts in a picture of the stand, and measures their features."""
 
 from typing import NamedTuple
 
@@ -41,7 +41,7 @@ _BORDER = 3
 
 
 class Detection(NamedTuple):
-    """Parts detected in a picture, with the fitted ellipsoid, in the camera's frame, and the colour of each."""
+    """Parts detected in a picture: each part's fitted ellipsoid, in the camera's frame, and its colour."""
 
     segmentation: Segmentation
     fits: tuple[Fit, ...]
@@ -53,10 +53,11 @@ class Detection(NamedTuple):
 
 
 def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
-    """Finds the parts of the object in a picture, their ellipsoids and their colours.
+    """Detects the parts of the object in a picture, with their ellipsoids and colours.
 
-    Parts that cannot be detected (see ``segment``), hide another (a HiddenPartError), or have a visible surface that
-    is no ellipsoid's (a NoFitError) raise a SeeingError.
+    Raises:
+        SeeingError: Parts cannot be detected (see ``segment``), a part is hidden by another (HiddenPartError), or a
+            visible surface is not an ellipsoid's (NoFitError).
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []
@@ -92,7 +93,7 @@ def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> P
 
 
 def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:
-    """Measures the colour of a part in full light: its radiance relative to that of white with the same normals.
+    """Measures the colour of a part in full light: its radiance relative to a white surface with the same normals.
 
     Photon noise grows with the light; for it the ratio of the sums is the best estimate.
     """
@@ -108,7 +109,7 @@ def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camer
 
 
 def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
-    """Describes a fitted part in T: axes from the longest to the shortest, independent errors as deformations."""
+    """Converts a fitted part to features in T: axes in descending order, independent errors as deformations."""
     fit = express_fit(fit, X_TC)
     squares, axes = np.linalg.eigh(fit.ellipsoid.shape_matrix)
     X_TE = np.eye(4)

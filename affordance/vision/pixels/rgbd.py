@@ -1,4 +1,4 @@
-"""Colour and depth pictures, the camera that takes them, and files of those in which nothing was detected.
+"""Colour and depth pictures, the camera that takes them, and files of pictures in which detection failed.
 
 Frame C is the camera's: Cx points right in the picture, Cy down, Cz along the view. A pixel (u, v), column and row,
 is seen along the ray ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1) from Co; depth is the
@@ -49,14 +49,14 @@ class Camera:
 
 
 class Picture(NamedTuple):
-    """Colour, (height, width, 3), uint8, and depth along Cz, (height, width), [m]; 0 where there is no reading."""
+    """Colour, (height, width, 3), uint8, and depth along Cz, (height, width), [m]; 0 if there is no reading."""
 
     colour: NDArray[np.uint8]
     depth: Array
 
 
 def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
-    """Saves the picture of an error, and returns the error with the path of the file.
+    """Saves the picture of an error, and returns the error with the file's path.
 
     NAME.npz holds ``colour`` and ``depth`` unchanged; NAME.png shows them side by side, near bright and far dark.
     """
@@ -69,7 +69,7 @@ def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
 
 
 def _show_depth(depth: Array) -> NDArray[np.uint8]:
-    """Returns depth as shades of grey, (height, width, 3); black where there is no reading."""
+    """Converts depth to shades of grey, (height, width, 3); black if there is no reading."""
     read = np.isfinite(depth) & (depth > 0.0)
     grey = np.zeros((*depth.shape, 1), dtype=np.uint8)
     if read.any():

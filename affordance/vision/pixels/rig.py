@@ -1,8 +1,8 @@
-"""Setup in which an object is presented and observed: a plain stand, lamps, and a camera above it.
+"""Setup in which an object is observed: a plain stand, lamps, and a camera above.
 
 Frames: W in the middle of the stand's top, Wz up; C the camera, high above Wo, Cx along Wx and Cy along -Wy. The
 object T lies on the stand in its given orientation, its bounding box in the middle of the picture, its lowest point
-on the top. The setup has a Diagram of its own: the picture is taken before the hand takes the object
+on the top. The setup has its own Diagram because the picture is taken before the hand takes the object
 (docs/decisions/0015-vision-from-pixels.md).
 """
 
@@ -62,7 +62,7 @@ def compute_shading(normals_C: Array) -> Array:
 
 @dataclass(frozen=True)
 class Rig:
-    """Stand of a colour with a camera at a height above its top, [m]."""
+    """Stand of a given colour with a camera at a height above its top, [m]."""
 
     camera: Camera = Camera()
     # The picture shows 0.98 by 0.73 m, and objects less than 0.4 m high are further than 0.5 m, the least distance at

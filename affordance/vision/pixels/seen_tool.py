@@ -1,7 +1,7 @@
-"""Features of an object of any form from pictures: looks, and for each look a solid with its error.
+"""Measures features of objects of any form from pictures: looks, and a solid with its error for each look.
 
-A solid is made of columns between two sides, less the hollows that show from four more. What a camera cannot see, a
-cavity or a core of another material, is part of the stated error, whose size was determined on ten tools
+A solid consists of columns between two sides, minus the hollows that four more views show. What a camera cannot see,
+a cavity or a core of another material, is part of the stated error, whose size was determined on ten tools
 (docs/decisions/0015-vision-from-pixels.md, with other ways to a solid, which the study of tools compares).
 """
 
@@ -38,7 +38,7 @@ _MEASURED = "errors over the ten learning tools at their true densities (docs/de
 
 
 class SolidError(NamedTuple):
-    """Errors of the solids of a method.
+    """Errors of the solids that a method reconstructs.
 
     Attributes:
         bias: Mean of the logarithm of estimated over true volume.
@@ -52,14 +52,14 @@ class SolidError(NamedTuple):
     place_sd: Annotated[float, Setting("1", _MEASURED)]
 
 
-# Standard deviations are such that a normal distribution's 90 % interval ends at the 90th percentile of the absolute
-# errors: most of the error comes from one hollow tool, so that the root mean square would be too small for 90 % and
-# too large for the rest.
+# Standard deviations are chosen so that a normal distribution's 90 % interval ends at the 90th percentile of the
+# absolute errors. Most of the error comes from one hollow tool, so the root mean square would be too small at 90 %
+# and too large otherwise.
 ERROR = SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011)
 
 
 class SeenTool(NamedTuple):
-    """Looks of an object, its views from one side or both, and views along further axes."""
+    """Looks of an object, views from one or both sides, and views along further axes."""
 
     looks: tuple[Look, ...]
     views: tuple[View, ...]
@@ -73,7 +73,7 @@ class SeenTool(NamedTuple):
     def centre(
         self, solids: Mapping[int, ColumnSolid], error: SolidError
     ) -> Iterator[tuple[Look, ColumnSolid, Array]]:
-        """Lists solids by look, without their bias and with Eo in their centroids, p_PEo, (3,), [m]."""
+        """Yields each look's solid, corrected for bias and with Eo at its centroid, and p_PEo, (3,), [m]."""
         for number, solid in solids.items():
             middle = solid.ends.mean(axis=1, keepdims=True)
             ends = middle + np.exp(-error.bias) * (solid.ends - middle)
@@ -86,7 +86,7 @@ def detect_tool(
     noise: SensorNoise,
     sides: Sequence[tuple[Photograph, Photograph]] = (),
 ) -> SeenTool:
-    """Detects the object and its looks in pictures from one side or two, and its form from those of ``take_sides``.
+    """Detects an object, its looks and its form in pictures from one or two sides, and from further sides.
 
     Errors are those of ``find_silhouette``.
     """
@@ -121,7 +121,7 @@ def observe_tool(tool: Tool, stand: CameraSensor, rng: np.random.Generator) -> t
 
 
 def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Returns the features of an object from one picture if it is of ellipsoids, else from six; or a SeeingError."""
+    """Measures features from one picture if an object is composed of ellipsoids, otherwise from six."""
     try:
         if needs_turning(tool):
             return observe_tool(tool, get_turning_stand(), rng)
@@ -131,9 +131,9 @@ def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
 
 
 def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:
-    """Describes a part in T with its errors as deformations: of its thickness along Pz, and of its position in P.
+    """Converts a solid to features in T, with errors of thickness along Pz and of position in P as deformations.
 
-    Eo is in the solid's centroid; poses X_PE and X_TP have the shape (4, 4).
+    Eo is at the solid's centroid; poses X_PE and X_TP have shape (4, 4).
     """
     deformations = np.zeros((4, 4, 4))
     deformations[0, 2, 2] = error.log_volume_sd
@@ -154,7 +154,7 @@ def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: So
 
 
 def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Assigns the tool's striking faces, known without measurement, to the parts with the nearest surfaces."""
+    """Assigns the tool's striking faces, which are known without measurement, to the closest parts."""
     seen = list(features)
     for part in tool.components:
         for face in part.strikes:

@@ -1,7 +1,8 @@
-"""Segmentation of a picture into the object and its parts.
+"""Segments a picture into the object and its parts.
 
-The object is what is nearer to the camera than the stand. Within it, regions of one tint are parts, whatever their
-shading; a region of one tint with a waist is several parts of one colour. Labels known to the renderer are not used.
+The object is everything that is nearer to the camera than the stand. Within it, regions of one tint are parts,
+regardless of shading. A region of one tint with a waist consists of several parts of the same colour. The renderer's
+labels are not used.
 """
 
 from typing import Any, NamedTuple
@@ -58,7 +59,7 @@ class Segmentation(NamedTuple):
 
 
 def check_picture(picture: Picture) -> None:
-    """Rejects an unusable picture.
+    """Checks that a picture is usable.
 
     Raises:
         UnusablePictureError: Colour and depth do not match, or are too small.
@@ -86,9 +87,9 @@ def check_picture(picture: Picture) -> None:
 def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segmentation:
     """Segments the object into its parts; the stand's top is at stand_depth, [m].
 
-    A picture that fails ``check_picture``, in which nothing is nearer than the stand (a NothingSeenError), or the
-    object reaches the edge (OutOfViewError), or it or a part covers too few pixels (TooSmallError) raises a
-    SeeingError.
+    Raises:
+        SeeingError: The picture fails ``check_picture``, nothing is nearer than the stand (NothingSeenError), the
+            object reaches the edge (OutOfViewError), or it or a part covers too few pixels (TooSmallError).
     """
     check_picture(picture)
     object_mask = find_object(picture, stand_depth, noise)
@@ -100,7 +101,7 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     num_parts = 0
     regions = _split_by_tint(seen, smooth)
     if not regions:
-        reason = f"no {MIN_PIXELS // 4} pixels of one tint lie together in what is nearer than the stand"
+        reason = f"fewer than {MIN_PIXELS // 4} connected pixels of one tint are nearer than the stand"
         raise TooSmallError(f"{reason}, apart from its rim of {_SMOOTHING} pixels", *picture)
     for region in regions:
         for part in _split_at_waists(region):
@@ -114,12 +115,12 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
 
 
 def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds the pixels that are nearer than the stand, (height, width); arguments and errors as for ``segment``."""
+    """Finds the pixels that are nearer than the stand, (height, width); see ``segment`` for arguments and errors."""
     threshold = (
         stand_depth - STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
     )
-    # Readings are missing where a surface is strongly inclined, as an object's is near its outline, the stand's
-    # never.
+    # Readings are missing on strongly inclined surfaces, such as the object's near its outline, but never on the
+    # stand.
     near = picture.depth < threshold
     mask = cv2.medianBlur(near.astype(np.uint8), 3)
     if not mask.any():
@@ -148,7 +149,7 @@ def check_edge(mask: Mask, picture: Picture) -> None:
 
 
 def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
-    """Gives every pixel the value of the nearest known one, (height, width); at least one must be known."""
+    """Gives every pixel the value of the nearest known pixel, (height, width); at least one must be known."""
     _, nearest = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
@@ -159,7 +160,7 @@ def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]
 
 
 def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
-    """Finds rows and columns around a mask that is not empty, with a margin within the picture, [pixels]."""
+    """Computes the rows and columns around a non-empty mask with a margin, [pixels], clipped to the picture."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return (
         slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
@@ -205,7 +206,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
 
 
 def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
-    """Finds the mode of points in a plane, such as tints, (N, 2), by a histogram; shape (2,)."""
+    """Computes the mode, (2,), of points in a plane, (N, 2), such as tints, with a histogram."""
     low, high = points.min(axis=0), points.max(axis=0)
     shape = np.maximum(1, np.ceil((high - low) / bin_width)).astype(int) + 1
     index = ((points - low) / bin_width).astype(int)

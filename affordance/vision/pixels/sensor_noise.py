@@ -26,13 +26,13 @@ _RIM_ANGLE = float(np.radians(75.0))
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Noise of one picture; docs/decisions/0015-vision-from-pixels.md."""
+    """Noise of one picture (see docs/decisions/0015-vision-from-pixels.md)."""
 
     # Factor on the standard deviations of depth, axial and lateral; 0 for a perfect sensor.
     depth_scale: float = 1.0
     # Ratio of a saturated colour pixel, infinite for a perfect sensor; 40 counts as excellent (ISO 12232).
     signal_to_noise: float = 40.0
-    # Angle beyond which surfaces give no depth, the largest at which Nguyen et al. could measure, [rad].
+    # Surface angle beyond which there is no depth reading: the largest at which Nguyen et al. could measure, [rad].
     max_angle: float = float(np.radians(80.0))
 
     def compute_axial_sd(self, depth: Array, angle: Array) -> Array:
@@ -92,10 +92,10 @@ class SensorNoise:
 
 
 def measure_angles(depth: Array, camera: Camera) -> Array:
-    """Measures the angle between each pixel's surface and the picture, from noise-free depth, (height, width), [rad].
+    """Computes each pixel's angle between surface and picture, (height, width), [rad], from noise-free depth.
 
-    The smaller of the slopes to the two neighbours along an axis counts, so that a silhouette inclines neither the
-    surface in front of it nor the one behind.
+    Along each axis the smaller of the slopes to the two neighbours is used, so a silhouette does not affect the
+    surface in front or behind.
     """
     slopes = []
     for axis in (0, 1):

@@ -1,10 +1,11 @@
-"""Surface of an object of any form in a picture: its silhouette, smoothed depth, and colour in full light.
+"""Measures an object's surface in a picture: silhouette, smoothed depth, and colour in full light.
 
-Depth alone misses objects flatter than its noise, colour alone those with the stand's colour. Where possible the
-outline is drawn by colour, which is sharper than depth: halfway between the stand's colour and the object's.
+Depth alone misses objects that are flatter than its noise, and colour alone misses objects of the stand's colour. If
+possible, the outline is determined by colour, which is sharper than depth: halfway between the stand's colour and the
+object's.
 
-A surface inclined away from the lamps looks darker. Its slope is computed from depth averaged over a few millimetres,
-which is correct within a face and wrong at edges; there the colour is undetermined.
+A surface that is inclined away from the lamps looks darker. Its slope is computed from depth averaged over a few
+millimetres. This is correct within a face but wrong at edges, where the colour is undetermined.
 """
 
 from typing import NamedTuple
@@ -42,8 +43,9 @@ _GOOD_LIGHT = 0.6
 def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
     """Finds the pixels that show the object, (height, width); the stand's top is at stand_depth, [m].
 
-    A picture that fails ``check_picture``, of the stand alone (a NothingSeenError), or of an object at its edge (an
-    OutOfViewError) raises a SeeingError.
+    Raises:
+        SeeingError: The picture fails ``check_picture``, shows the stand alone (NothingSeenError), or shows an object
+            at its edge (OutOfViewError).
     """
     check_picture(picture)
     colour = picture.colour.astype(np.float32)
@@ -105,7 +107,7 @@ def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
 
 
 def _average(depth: Array, known: Mask, side: int) -> Array:
-    """Averages the readings in a window around each pixel; without readings the nearest window with some counts."""
+    """Averages the readings in a window around each pixel; an empty window is replaced with the nearest other."""
     weight = cv2.blur(known.astype(float), (side, side))
     total = cv2.blur(np.where(known, depth, 0.0), (side, side))
     there = weight > 0.5 / side**2

@@ -41,7 +41,7 @@ def test_what_is_no_database_is_one_line(tmp_path):
 def test_metadata_is_bounded(tmp_path, monkeypatch):
     monkeypatch.setattr(bounded, "_MOST_ENTRIES", 1000)
     (tmp_path / "metadata.yaml").write_text("a: &a [1, 2, 3, 4]\nb: [" + "*a, " * 300 + "]")
-    with pytest.raises(BadValueError, match=r"metadata.yaml: line 2, .*: makes more than 1000 entries"):
+    with pytest.raises(BadValueError, match=r"metadata.yaml: line 2, .*: expands to more than 1000 entries"):
         read_bag(tmp_path)
 
 

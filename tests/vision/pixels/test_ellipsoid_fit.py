@@ -205,7 +205,7 @@ def test_fit_that_does_not_end_is_none(monkeypatch):
 
 def test_singular_matrix_is_no_fit(monkeypatch):
     monkeypatch.setattr(ellipsoid_fit, "least_squares", Mock(side_effect=np.linalg.LinAlgError("Singular matrix")))
-    with pytest.raises(UndeterminedError, match="determines no ellipsoid: Singular matrix"):
+    with pytest.raises(UndeterminedError, match="does not determine an ellipsoid: Singular matrix"):
         fit(EGG, NOISY, np.random.default_rng(0))
 
 

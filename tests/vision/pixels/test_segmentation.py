@@ -134,7 +134,7 @@ NO_SHAPE = r"must be \(height, width, 3\) of uint8 and \(height, width\)"
         # The stand is mixed into all of it.
         (
             TooSmallError,
-            "no 27 pixels of one tint lie together .* apart from its rim of 3 pixels",
+            "fewer than 27 connected pixels of one tint .* apart from its rim of 3 pixels",
             draw_one([0.0105] * 3, [0, 0, STAND - 0.02]),
         ),
     ],
