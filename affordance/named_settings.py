@@ -37,6 +37,7 @@ FORMER = {
     "contact_scheme": "integrator.contact_scheme",
     "contact_accuracy": "integrator.contact_accuracy",
     "contact_max_step_size": "integrator.contact_max_step",
+    "prior.deviation_sd": "prior.deviation, a fraction of the density such as 0.06 instead of kg/m^3",
 }
 _NOISE, _MODEL, _LEARNER = "noise", "model", "learner"
 _NOISE_MODEL = f"{_NOISE}.{_MODEL}"

@@ -104,7 +104,7 @@ def test_settings_are_checked_when_they_are_made(changes, message):
 @pytest.mark.parametrize(
     ("word", "said"),
     [
-        ("prior.sb=1", "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.deviation_sd;"),
+        ("prior.sb=1", "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.deviation;"),
         ("priro.sd=1", "settings: priro.sd: is not a setting; did you mean 'prior.sd'?"),
         ("prior=1", "settings: prior: is 'prior', must be one of prior.mode"),
         ("noise.sd=1", "settings: noise.sd: is 'noise.sd', must be one of noise.model, noise.weber_fraction"),

@@ -17,7 +17,7 @@ of all densities. The breadth of a new kind is kappa times its posterior density
 size of errors, since it is unknown before the lift. The first kind of a colour has the prior of all materials.
 
 kappa is the breadth of a category and acts only here; the effect of a lift on a kind's mean is determined by the
-scatter of objects within a material (``Prior.deviation_sd``). They are two numbers, not one generative model.
+scatter of objects within a material (``Prior.deviation``). They are two numbers, not one generative model.
 """
 
 import itertools
@@ -245,7 +245,7 @@ def adopt(
     felt = felt._replace(
         precision=felt.precision * stays[:, None, None], information_vector=felt.information_vector * stays[:, None]
     )
-    added = likelihood.marginalise_deviation(state["deviation_sd"], felt).embed(kinds, state["is_kind"].shape[1])
+    added = likelihood.marginalise_deviation(state["deviation"], felt).embed(kinds, state["is_kind"].shape[1])
     state = set_felt(state, seen, likelihood.add(felt))
     state["precision"] = state["precision"] + added.precision
     state["information"] = state["information"] + added.information_vector

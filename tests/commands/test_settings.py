@@ -20,7 +20,7 @@ def test_some_are_listed_by_name_with_what_was_set():
     assert [line for line in lines if not line.startswith(" ")] == [
         "prior.mode = 1000 kg/m^3",
         "prior.sd = 8000 kg/m^3",
-        "prior.deviation_sd = 100 kg/m^3",
+        "prior.deviation = 0.06",
     ]
     assert any("Source: --set." in line for line in lines)
 

@@ -191,7 +191,7 @@ def build_load(size):
         (lambda: WeberNoise(weber_fraction=-0.07), "WeberNoise: weber_fraction: is -0.07, must be from 0 to 1"),
         (lambda: WhiteNoise(-1.0), "WhiteNoise: sd: is -1.0, must be from 1e-12 to 10000"),
         (lambda: Prior(sd=-4000.0), "Prior: sd: is -4000.0, must be from 0.001 to 1e\\+12"),
-        (lambda: Prior(deviation_sd=-100.0), "Prior: deviation_sd: is -100.0, must be from 0 to 1e\\+12"),
+        (lambda: Prior(deviation=-100.0), "Prior: deviation: is -100.0, must be from 0 to 1e\\+12"),
         (
             lambda: Material("ice", (0.5,) * 3, -917.0),
             "Material: density: is -917.0, must be from 0.001 to 1000",
@@ -314,5 +314,5 @@ def test_main_results_are_tables_in_notebooks(record, ranking):
 
 def test_defaults_are_those_of_the_simulations():
     assert TrialRunner().settings == Settings()
-    assert Prior(sd=2000.0) == Prior(mode=1000.0, sd=2000.0, deviation_sd=100.0)
+    assert Prior(sd=2000.0) == Prior(mode=1000.0, sd=2000.0, deviation=0.06)
     assert ImportOptions("tool0").up is None  # the axis of the robot's file

@@ -26,7 +26,7 @@ def test_who_knows_the_densities_chooses_rightly_in_a_world_without_deviations(w
     memory = worlds.start_memory(workshop, MaterialMemory.from_densities(known))
     rng = np.random.default_rng(0)
     exact = workshop._replace(
-        settings=workshop.settings.__class__(prior=workshop.settings.prior.__class__(deviation_sd=0.0))
+        settings=workshop.settings.__class__(prior=workshop.settings.prior.__class__(deviation=0.0))
     )
     true = worlds.draw_world(exact, rng)
     _, (decision,) = worlds.decide(exact, memory, 500, rng)

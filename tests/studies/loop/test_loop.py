@@ -38,7 +38,7 @@ def bench():
 def test_recorded_pieces_are_identified(bench, signals):
     rng = np.random.default_rng(3)
     recorder = build_recorder(bench.robot, signals, rng)
-    truth = draw_truth(bench.pieces[0], PRIOR.deviation_sd, rng)
+    truth = draw_truth(bench.pieces[0], PRIOR.deviation, rng)
     belief = identify(recorder.chain, recorder.record(truth, rng, "bar"))
     assert belief.is_trusted, belief.doubts
     assert abs(belief.mass - truth[0]) < 3.0 * belief.mass_sd

@@ -143,7 +143,7 @@ def test_bound_is_the_posteriors_variance_where_every_sample_has_its_own_error()
     hold, belief = measure(config)
     _, own = draw_truth(config, 0)
     statistics = hold.measure(belief, own, noise, (0,))._replace(num_samples=30)
-    posterior = compute_posterior(belief, statistics, 7, noise, prior.deviation_sd).posterior.memory.belief
+    posterior = compute_posterior(belief, statistics, 7, noise, prior.deviation).posterior.memory.belief
     bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, 30), belief.geometry.Phi, own, noise, prior)
     np.testing.assert_allclose(bound, np.diag(posterior.covariance), rtol=1e-9)
 
@@ -174,7 +174,7 @@ def test_bound_counts_what_the_size_of_errors_tells():
 
     steps = 0.5 * np.eye(2)
     scores = np.array([compute_log_likelihood(own + step) - compute_log_likelihood(own - step) for step in steps])
-    of_materials = np.linalg.inv(np.linalg.inv(np.cov(scores)) + prior.deviation_sd**2 * np.eye(2))
+    of_materials = np.linalg.inv(np.linalg.inv(np.cov(scores)) + prior.deviation**2 * np.eye(2))
     expected = np.diag(np.linalg.inv(of_materials + np.eye(2) / prior.sd**2))
     bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, 1), belief.geometry.Phi, own, noise, prior)
     np.testing.assert_allclose(bound, expected, rtol=0.02)
