@@ -9,6 +9,9 @@ from affordance.objects.inertia import DENSITY_MAX
 
 # Far above any density, to permit flat priors, [kg/m^3].
 _SD_MAX = 1e12
+# Density at which an absolute deviation of earlier versions is told as a fraction, that of the objects of Linear+ and
+# Linear++, [kg/m^3].
+_FORMER_DENSITY = 1500.0
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,12 @@ class Prior(CheckedFields):
     def __new__(cls, *args: object, **kwargs: object) -> Self:
         """Refuses the absolute deviation that earlier versions had."""
         if "deviation_sd" in kwargs:
-            raise BadArgumentError(
-                "Prior", "deviation_sd", "is now deviation, a fraction of the density such as 0.06"
-            )
+            raise BadArgumentError("Prior", "deviation_sd", describe_former(kwargs["deviation_sd"]))
         return super().__new__(cls)
+
+
+def describe_former(value: object) -> str:
+    """Says what the deviation of earlier versions, in kg/m^3, is called now, and which value is nearest to it."""
+    is_known = type(value) in (int, float) and 0.0 <= value <= _FORMER_DENSITY
+    nearest = "such as 0.06" if not is_known else f"{value / _FORMER_DENSITY:.2g} for {value:g} kg/m^3 of 1500 kg/m^3"
+    return f"is now deviation, a fraction of the density: {nearest}"

@@ -71,7 +71,9 @@ def test_densities_are_estimated_by_what_was_felt_in_any_order_and_at_any_scale(
     for each in (once, scaled):  # what they teach has no scale either
         factor = np.sqrt(once.precision[0, 0] / each.precision[0, 0])
         np.testing.assert_allclose(
-            each.marginalise_deviation(0.3).precision * factor**2, once.marginalise_deviation(0.3).precision, rtol=1e-9
+            each.marginalise_deviation(0.3).precision * factor**2,
+            once.marginalise_deviation(0.3).precision,
+            rtol=1e-9,
         )
     precise = Likelihood(1e6 * once.precision, 1e6 * once.information_vector, 0.0)
     np.testing.assert_allclose(

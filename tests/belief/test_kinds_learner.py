@@ -352,7 +352,7 @@ def test_density_of_a_thing_of_its_own_drifts_between_its_lifts():
     memory = teach_family(start())
     for _ in range(3):
         recalled = memory.recall(show("hollow rod"), PRIOR)
-        memory = recalled.memory.learn(weigh_alone(700.0), PRIOR.deviation_sd).memory
+        memory = recalled.memory.learn(weigh_alone(700.0), PRIOR.deviation).memory
     still = memory.recall(show("hollow rod"), PRIOR).densities
     rod = memory.recall(show("rod"), PRIOR).densities
     drifting = replace(memory, state={**memory.state, "own_drift": np.array([0.07])})
