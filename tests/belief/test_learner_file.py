@@ -154,7 +154,7 @@ def test_settings_list_parameters_with_unit_and_source():
     assert "learner.drift = 50 kg/m^3" in said
     assert "Standard deviation of the change of a mean density" in said
     kinds = answer("settings", "learner", "--learner", "kinds_map").out
-    assert "learner.kappa = 0.21" in kinds
+    assert "learner.kappa = 0.22" in kinds
 
 
 @pytest.mark.parametrize(
