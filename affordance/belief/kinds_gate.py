@@ -220,21 +220,16 @@ def adopt(
     hypotheses, rows, m = verdicts.hypotheses, np.arange(len(chosen)), len(seen.colours)
     kinds, founded, belief = hypotheses.kinds[chosen], hypotheses.founded[chosen], hypotheses.densities.take(chosen)
     likelihood, posterior = verdicts.likelihood.take(chosen), verdicts.posterior.take(chosen)
-    belief, likelihood, posterior = _start_broadly(
-        belief, likelihood, posterior, founded, find_likelihood, state["spread"]
-    )
     first_new = state["is_kind"].shape[1]
+    least = np.where(founded, 0.0, state["prior_sd"][:, None])
+    belief, likelihood, posterior = _start_broadly(
+        belief, likelihood, posterior, kinds >= first_new, least, find_likelihood, state["spread"]
+    )
     is_adopted = hypotheses.kinds == kinds[hypotheses.observers]
     first = np.searchsorted(hypotheses.observers, rows)
     probability = np.add.reduceat(np.where(is_adopted, verdicts.probability[:, None], 0.0), first, axis=0)
     variances = np.diagonal(belief.covariance, axis1=1, axis2=2)
-    starts = [
-        KindPrior(
-            np.where(founded[:, i], belief.mean[:, i], state["prior_mode"]),
-            np.where(founded[:, i], np.sqrt(variances[:, i]), state["prior_sd"]),
-        )
-        for i in range(m)
-    ]
+    starts = [KindPrior(belief.mean[:, i], np.sqrt(variances[:, i])) for i in range(m)]
     state = add_kinds(state, seen.colours, starts, kinds >= first_new)
     thing = rows, seen.things
     lifts = state["num_lifts"][thing][:, :m]
@@ -268,22 +263,24 @@ def _start_broadly(
     belief: Normals,
     likelihood: Likelihood,
     posterior: Normals,
-    founded: Mask,
+    is_new: Mask,
+    least: Array,
     find_likelihood: FindLikelihood,
     spread: Array,
 ) -> tuple[Normals, Likelihood, Normals]:
-    """Sets the SD of further kinds to s times the larger of reference and posterior, and conditions anew.
+    """Sets the SD of new kinds to s times the larger of reference and posterior, at least, and conditions anew.
 
     The adopted hypothesis needs no gate: with an SD of s times the reference alone, an object many times as dense
-    would be underestimated lift after lift.
+    would be underestimated lift after lift. The first kind of a colour has the SD of the prior at least; with that
+    alone a dense family would be believed too light by a share that a light one would not.
     """
-    rows = np.flatnonzero(founded.any(axis=1))
+    rows = np.flatnonzero(is_new.any(axis=1))
     if not len(rows):
         return belief, likelihood, posterior
     mean, covariance = belief.mean, belief.covariance.copy()
-    largest = spread[rows, None] * np.maximum(mean, posterior.mean)[rows]
+    largest = np.maximum(spread[rows, None] * np.maximum(mean, posterior.mean)[rows], least[rows])
     diagonal = np.diagonal(covariance, axis1=1, axis2=2)[rows]
-    changes = np.where(founded[rows], largest**2 - diagonal, 0.0)
+    changes = np.where(is_new[rows], largest**2 - diagonal, 0.0)
     covariance[rows] += np.eye(mean.shape[1]) * changes[:, None, :]
     belief = Normals(mean, covariance)
     found = find_likelihood(belief.take(rows), rows)

@@ -116,7 +116,7 @@ def believe_own(lifts, name, born, kappa, priors):
                 name,
                 kappa,
                 own,
-                breadth={kind: 0.0 for kind in founded if priors[kind] != (MODE, SD)},
+                breadth=dict.fromkeys(founded, 0.0),
             )
             mean, covariance = condition(*belief, lift.R, lift.y, lift.V)
             columns, kinds, colours = list(range(len(lift.kinds))), lift.kinds, lift.colours
@@ -217,9 +217,11 @@ def judge(lifts, name, colours, R, y, V, born, priors, *, kappa, alpha=1.0, c=1.
                 break
         mean, covariance = belief
         logs[kinds] = np.log(prior) + multivariate_normal.logpdf(y, R @ mean, R @ covariance @ R.T + V)
-        starts[kinds] = {column: new[kind] for column, kind in enumerate(named) if kind in new}
-        for column, kind in further.items():
-            starts[kinds][column] = (new[kind][0], SPREAD * max(new[kind][0], after[column]))
+        starts[kinds] = {
+            column: (new[kind][0], max(SPREAD * max(new[kind][0], after[column]), 0.0 if column in further else SD))
+            for column, kind in enumerate(named)
+            if kind in new
+        }
     top = max(logs.values())
     weights = {kinds: np.exp(log - top) for kinds, log in logs.items()}
     return {kinds: weight / sum(weights.values()) for kinds, weight in weights.items()}, starts
