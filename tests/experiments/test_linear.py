@@ -98,7 +98,7 @@ def test_what_the_paper_says_of_both_groups_is_seen(get_shipped):
 @pytest.mark.parametrize("learner", [KINDS_MAP, KINDS_DRAWN, DENSITY], ids=lambda learner: learner.name)
 @pytest.mark.parametrize("factor", [0.2, 5.0])
 def test_objects_of_the_same_weights_are_lifted_alike_whatever_their_volumes(learner, factor):
-    """Forces of the same observers agree lift by lift, if the prior of what was never felt is as dense as they are."""
+    """Forces of the same observers agree lift by lift, if the prior of what was never felt is as dense."""
     tools, forces = linear.read("linear_plus_plus", Setup()), []
     for volume in (1.0, factor):
         prior = Prior(mode=1000.0 / volume, sd=4000.0 / volume)

@@ -151,6 +151,7 @@ def test_loop_is_closed_on_an_imported_robot(tmp_path):
         changed += [answer("rank", name, "--know", "nothing", *words).content["choice"] != ranked["choice"]]
         assert (ranked["by"], ranked["unknown"], ranked["trials_of_other_arms"]) == ("grip", [], 0)
         assert done[name]["option"] == "{tool} by {grip}".format(**ranked["choice"])
+    print("DBG", changed, done, [(c, believed.belief.compute_mode()) for c in believed.colours])
     assert any(changed)  # by what was recorded
     assert done["reach"]["error_m"] < done["reach"]["tolerance_m"]
     assert abs(done["hammer"]["force_error"]) < 0.15
