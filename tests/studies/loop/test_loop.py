@@ -151,10 +151,13 @@ def test_loop_is_closed_on_an_imported_robot(tmp_path):
         changed += [answer("rank", name, "--know", "nothing", *words).content["choice"] != ranked["choice"]]
         assert (ranked["by"], ranked["unknown"], ranked["trials_of_other_arms"]) == ("grip", [], 0)
         assert done[name]["option"] == "{tool} by {grip}".format(**ranked["choice"])
-    print("DBG", changed, done, [(c, believed.belief.compute_mode()) for c in believed.colours])
     assert any(changed)  # by what was recorded
     assert done["reach"]["error_m"] < done["reach"]["tolerance_m"]
-    assert abs(done["hammer"]["force_error"]) < 0.15
+    # One piece of each material was held: the blow is off by less than the densities of the hammer are.
+    parts = [part.material for part in tools[0].components]
+    off = [abs(part.density / believed.density(part).mean - 1.0) for part in parts]
+    assert done["hammer"]["option"].startswith(tools[0].name)
+    assert abs(done["hammer"]["force_error"]) < max(off)
 
 
 def test_a_trial_that_is_there_twice_by_two_ids_is_counted():
