@@ -153,7 +153,7 @@ def test_loop_is_closed_on_an_imported_robot(tmp_path):
         assert done[name]["option"] == "{tool} by {grip}".format(**ranked["choice"])
     assert any(changed)  # by what was recorded
     assert done["reach"]["error_m"] < done["reach"]["tolerance_m"]
-    # One piece of each material was held, which deviates by 0.06; the force of a blow goes with the square of its speed.
+    # One piece of each material was held, which deviates; the force of a blow goes with the square of its speed.
     assert abs(done["hammer"]["force_error"]) < 3.0 * 2.0 * settings.prior.deviation
 
 
