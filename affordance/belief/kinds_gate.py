@@ -15,6 +15,7 @@ A further kind of a colour has a density N(ref, (s ref)^2), ref the root mean sq
 most populous kind, sqrt(mean^2 + variance). There is no absolute scale, so the odds are invariant to a common factor
 of all densities. The breadth of a new kind is kappa times its posterior density under the hypothesis, as with the
 size of errors, since it is unknown before the lift. The first kind of a colour has the prior of all materials.
+Once a hypothesis is adopted a new kind starts with an SD of s times its density, the first with the prior's at least.
 
 kappa is the breadth of a category and acts only here; the effect of a lift on a kind's mean is determined by the
 scatter of objects within a material (``Prior.deviation``). They are two numbers, not one generative model.

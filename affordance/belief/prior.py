@@ -49,6 +49,8 @@ class Prior(CheckedFields):
 
 def describe_former(value: object) -> str:
     """Says what the deviation of earlier versions, in kg/m^3, is called now, and which value is nearest to it."""
-    is_known = type(value) in (int, float) and 0.0 <= value <= _FORMER_DENSITY
-    nearest = "such as 0.06" if not is_known else f"{value / _FORMER_DENSITY:.2g} for {value:g} kg/m^3 of 1500 kg/m^3"
+    if isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= _FORMER_DENSITY:
+        nearest = f"{value / _FORMER_DENSITY:.2g} for {value:g} kg/m^3 of {_FORMER_DENSITY:g} kg/m^3"
+    else:
+        nearest = "such as 0.06"
     return f"is now deviation, a fraction of the density: {nearest}"
