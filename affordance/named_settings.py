@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 from affordance.arguments import check_kind
 from affordance.belief.learner import Learner
+from affordance.belief.prior import describe_former
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, suggest
 from affordance.files.bounded import parse_yaml
 from affordance.files.constraints import Setting, list_field_types
@@ -90,7 +91,7 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
     for name, value in flat.items():
         known = [each.name for each in list_settings(settings)]
         if name not in known:
-            raise BadValueError(source, f"{prefix}{name}", _describe_unknown(name, known))
+            raise BadValueError(source, f"{prefix}{name}", _describe_unknown(name, value, known))
         try:
             settings = _replace(settings, name.split("."), value)
         except BadArgumentError as error:
@@ -164,10 +165,12 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
             yield from _walk(value, f"{path}.")
 
 
-def _describe_unknown(name: str, known: Sequence[str]) -> str:
+def _describe_unknown(name: str, value: Any, known: Sequence[str]) -> str:
     """Describes an unknown name, with its current name if it was renamed, or else similar names."""
     if name in FORMER:
         return f"is now {FORMER[name]}"
+    if name == "prior.deviation_sd":
+        return describe_former(value)
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
     if siblings:
         return describe_choice(name, siblings)

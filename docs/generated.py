@@ -55,7 +55,7 @@ _MOST_MOVED = 3
 
 # Assumption of the study of robustness, by the settings that it changes, where names differ.
 _CHANGED_BY = {
-    "prior.deviation_sd": "deviation_sd",
+    "prior.deviation": "deviation",
     "noise.model": "noise_structure",
     "noise.independent_samples": "noise_structure",
     "sample_period": "noise_structure",

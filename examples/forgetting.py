@@ -31,7 +31,7 @@ class Forgetting(OneDensity):
     def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
         expected = self.expect(state, seen)
         likelihood = find_likelihood(expected)
-        of_means = likelihood.marginalise_deviation(state["deviation_sd"])
+        of_means = likelihood.marginalise_deviation(state["deviation"])
         updated = self.believe(state).condition(of_means.embed(seen.colours, state["precision"].shape[1]))
         drifted = updated.widen(state["drift"][:, None])
         state = {**state, "precision": drifted.precision, "information": drifted.information_vector}

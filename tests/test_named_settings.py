@@ -6,6 +6,7 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.belief.learners import KINDS_MAP
+from affordance.belief.prior import Prior
 from affordance.exceptions import BadValueError
 from affordance.named_settings import change_settings, describe_changes, list_settings, parse_changes, parse_value
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
@@ -104,7 +105,7 @@ def test_settings_are_checked_when_they_are_made(changes, message):
 @pytest.mark.parametrize(
     ("word", "said"),
     [
-        ("prior.sb=1", "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.deviation_sd;"),
+        ("prior.sb=1", "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.deviation;"),
         ("priro.sd=1", "settings: priro.sd: is not a setting; did you mean 'prior.sd'?"),
         ("prior=1", "settings: prior: is 'prior', must be one of prior.mode"),
         ("noise.sd=1", "settings: noise.sd: is 'noise.sd', must be one of noise.model, noise.weber_fraction"),
@@ -142,3 +143,22 @@ def test_mistake_in_a_setting_is_refused(word, said):
 def test_former_name_of_a_setting_is_answered_with_the_present_one(former, present):
     assert refuse(change_settings, DEFAULT_SETTINGS, {former: 1}) == f"settings: {former}: is now {present}"
     assert present in NAMES
+
+
+@pytest.mark.parametrize(
+    ("value", "nearest"),
+    [
+        (100, "0.067 for 100 kg/m^3 of 1500 kg/m^3"),
+        (0, "0 for 0 kg/m^3 of 1500 kg/m^3"),
+        (1e6, "such as 0.06"),
+        (-1, "such as 0.06"),
+        (float("nan"), "such as 0.06"),
+        ("wide", "such as 0.06"),
+        (True, "such as 0.06"),
+    ],
+)
+def test_absolute_deviation_of_earlier_versions_is_answered_with_the_nearest_fraction(value, nearest):
+    problem = f"is now deviation, a fraction of the density: {nearest}"
+    for changes in ({"prior": {"deviation_sd": value}}, {"prior.deviation_sd": value}):
+        assert refuse(change_settings, DEFAULT_SETTINGS, changes) == f"settings: prior.deviation_sd: {problem}"
+    assert refuse(Prior, deviation_sd=value) == f"Prior: deviation_sd: {problem}"

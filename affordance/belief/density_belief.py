@@ -155,13 +155,18 @@ class DensityBelief:
         extended[-1, -1] = probabilities @ (variances + (means - mean) ** 2)
         return DensityBelief.from_moments(np.append(known, mean), extended)
 
-    def add_object_variation(self, deviation_sd: float, num_objects: int = 1) -> "DensityBelief":
-        """Returns the belief about densities mu + delta of objects, with delta ~ N(0, deviation_sd^2 I) for each.
+    def add_object_variation(
+        self, deviation: float, num_objects: int = 1, densities: Array | None = None
+    ) -> "DensityBelief":
+        """Returns the belief about densities of objects, mu (1 + delta) with delta ~ N(0, deviation^2) for each.
 
-        It is a joint one of size num_objects * M, object by object.
+        It is a joint one of size num_objects * M, object by object. Objects scatter in proportion to densities, of
+        shape (num_objects * M,), or to the root mean squares of their materials' if None, which gives exact moments.
         """
+        if densities is None:
+            densities = np.tile(np.sqrt(self.untruncated_mean**2 + np.diag(self.covariance)), num_objects)
         covariance = np.tile(self.covariance, (num_objects, num_objects))
-        covariance[np.diag_indices(len(covariance))] += deviation_sd**2
+        covariance[np.diag_indices(len(covariance))] += (deviation * densities) ** 2
         return DensityBelief.from_moments(np.tile(self.untruncated_mean, num_objects), covariance)
 
     def compute_point_estimate(self, point_estimate: PointEstimate, rng: np.random.Generator) -> Array:

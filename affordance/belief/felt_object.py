@@ -45,4 +45,4 @@ class FeltObject(NamedTuple):
         """Returns the object with its own likelihood; None if nothing was felt."""
         if own is None:
             return None
-        return cls(colours, own, own.marginalise_deviation(prior.deviation_sd), appearance)
+        return cls(colours, own, own.marginalise_deviation(prior.deviation), appearance)

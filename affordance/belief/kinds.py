@@ -4,7 +4,8 @@ A colour has one or more kinds, each with a mean density; the means of all kinds
 information form. A thing is of one kind for each of its colours.
 
 After a lift a kind without things is removed. Two kinds of a colour are twins, and are merged, if their mean
-densities more probably than not differ by less than ``deviation_sd``, the scatter of objects within a material.
+densities more probably than not differ by less than objects of a material scatter, a fraction ``deviation`` of the
+mean of both.
 
 Kinds of an observer come first in its row, the oldest first; what lies beyond is zero, as are things that were never
 lifted. A further kind is given a place at the end of all rows, and ``tidy`` closes the gaps.
@@ -120,7 +121,7 @@ def tidy(state: State) -> State:
     state = remove_kinds(state, state["is_kind"] & is_lifted & (counts == 0))
     left = np.flatnonzero(_mark_same_colours(state).sum(axis=(1, 2)) > state["is_kind"].sum(axis=1))
     while len(left):
-        one, other, are_twins = find_twins({name: state[name][left] for name in (*OF_KINDS, "deviation_sd")})
+        one, other, are_twins = find_twins({name: state[name][left] for name in (*OF_KINDS, "deviation")})
         left = left[are_twins]
         state = merge(state, left, one[are_twins], other[are_twins])
     state = close_gaps(state)
@@ -147,7 +148,7 @@ def remove_kinds(state: State, removed: Mask) -> State:
 
 
 def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
-    """Finds two kinds of a colour that are more probably than not within ``deviation_sd`` of each other.
+    """Finds two kinds of a colour whose means more probably than not differ by less than objects of a kind scatter.
 
     Returns: Index of one and of the other, a later one, and True where there are twins, (B,) each.
     """
@@ -157,7 +158,8 @@ def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
     pairs = _mark_same_colours(state) & np.triu(np.ones((K, K), dtype=bool), k=1)
     rows, one, other = np.nonzero(pairs)
     variance = covariance[rows, one, one] + covariance[rows, other, other] - 2.0 * covariance[rows, one, other]
-    difference, sd, bound = mean[rows, one] - mean[rows, other], np.sqrt(variance), state["deviation_sd"][rows]
+    difference, sd = mean[rows, one] - mean[rows, other], np.sqrt(variance)
+    bound = state["deviation"][rows] * np.abs(mean[rows, one] + mean[rows, other]) / 2.0
     pairs[rows, one, other] = ndtr((bound - difference) / sd) - ndtr((-bound - difference) / sd) > 0.5
     first = pairs.reshape(len(pairs), K * K).argmax(axis=1) if K else np.zeros(len(pairs), dtype=np.intp)
     return first // max(K, 1), first % max(K, 1), pairs.any(axis=(1, 2))

@@ -15,9 +15,10 @@ A further kind of a colour has a density N(ref, (s ref)^2), ref the root mean sq
 most populous kind, sqrt(mean^2 + variance). There is no absolute scale, so the odds are invariant to a common factor
 of all densities. The breadth of a new kind is kappa times its posterior density under the hypothesis, as with the
 size of errors, since it is unknown before the lift. The first kind of a colour has the prior of all materials.
+Once a hypothesis is adopted a new kind starts with an SD of s times its density, the first with the prior's at least.
 
 kappa is the breadth of a category and acts only here; the effect of a lift on a kind's mean is determined by the
-scatter of objects within a material (``Prior.deviation_sd``). They are two numbers, not one generative model.
+scatter of objects within a material (``Prior.deviation``). They are two numbers, not one generative model.
 """
 
 import itertools
@@ -220,21 +221,16 @@ def adopt(
     hypotheses, rows, m = verdicts.hypotheses, np.arange(len(chosen)), len(seen.colours)
     kinds, founded, belief = hypotheses.kinds[chosen], hypotheses.founded[chosen], hypotheses.densities.take(chosen)
     likelihood, posterior = verdicts.likelihood.take(chosen), verdicts.posterior.take(chosen)
-    belief, likelihood, posterior = _start_broadly(
-        belief, likelihood, posterior, founded, find_likelihood, state["spread"]
-    )
     first_new = state["is_kind"].shape[1]
+    least = np.where(founded, 0.0, state["prior_sd"][:, None])
+    belief, likelihood, posterior = _start_broadly(
+        belief, likelihood, posterior, kinds >= first_new, least, find_likelihood, state["spread"]
+    )
     is_adopted = hypotheses.kinds == kinds[hypotheses.observers]
     first = np.searchsorted(hypotheses.observers, rows)
     probability = np.add.reduceat(np.where(is_adopted, verdicts.probability[:, None], 0.0), first, axis=0)
     variances = np.diagonal(belief.covariance, axis1=1, axis2=2)
-    starts = [
-        KindPrior(
-            np.where(founded[:, i], belief.mean[:, i], state["prior_mode"]),
-            np.where(founded[:, i], np.sqrt(variances[:, i]), state["prior_sd"]),
-        )
-        for i in range(m)
-    ]
+    starts = [KindPrior(belief.mean[:, i], np.sqrt(variances[:, i])) for i in range(m)]
     state = add_kinds(state, seen.colours, starts, kinds >= first_new)
     thing = rows, seen.things
     lifts = state["num_lifts"][thing][:, :m]
@@ -245,7 +241,7 @@ def adopt(
     felt = felt._replace(
         precision=felt.precision * stays[:, None, None], information_vector=felt.information_vector * stays[:, None]
     )
-    added = likelihood.marginalise_deviation(state["deviation_sd"], felt).embed(kinds, state["is_kind"].shape[1])
+    added = likelihood.marginalise_deviation(state["deviation"], felt).embed(kinds, state["is_kind"].shape[1])
     state = set_felt(state, seen, likelihood.add(felt))
     state["precision"] = state["precision"] + added.precision
     state["information"] = state["information"] + added.information_vector
@@ -268,22 +264,24 @@ def _start_broadly(
     belief: Normals,
     likelihood: Likelihood,
     posterior: Normals,
-    founded: Mask,
+    is_new: Mask,
+    least: Array,
     find_likelihood: FindLikelihood,
     spread: Array,
 ) -> tuple[Normals, Likelihood, Normals]:
-    """Sets the SD of further kinds to s times the larger of reference and posterior, and conditions anew.
+    """Sets the SD of new kinds to s times the larger of reference and posterior, at least, and conditions anew.
 
     The adopted hypothesis needs no gate: with an SD of s times the reference alone, an object many times as dense
-    would be underestimated lift after lift.
+    would be underestimated lift after lift. The first kind of a colour has the SD of the prior at least; with that
+    alone a dense family would be believed too light by a share that a light one would not.
     """
-    rows = np.flatnonzero(founded.any(axis=1))
+    rows = np.flatnonzero(is_new.any(axis=1))
     if not len(rows):
         return belief, likelihood, posterior
     mean, covariance = belief.mean, belief.covariance.copy()
-    largest = spread[rows, None] * np.maximum(mean, posterior.mean)[rows]
+    largest = np.maximum(spread[rows, None] * np.maximum(mean, posterior.mean)[rows], least[rows])
     diagonal = np.diagonal(covariance, axis1=1, axis2=2)[rows]
-    changes = np.where(founded[rows], largest**2 - diagonal, 0.0)
+    changes = np.where(is_new[rows], largest**2 - diagonal, 0.0)
     covariance[rows] += np.eye(mean.shape[1]) * changes[:, None, :]
     belief = Normals(mean, covariance)
     found = find_likelihood(belief.take(rows), rows)

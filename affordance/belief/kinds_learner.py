@@ -46,9 +46,9 @@ class Pick(enum.Enum):
     DRAWN = "drawn"  # one drawn by its probability, to simulate people
 
 
-# Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick: 0.214, 95 %
-# interval 0.171 to 0.244, and 0.225, 0.185 to 0.272 (`affordance study people`; docs/decisions/0026-kinds.md).
-KAPPA = {Pick.MAP: 0.21, Pick.DRAWN: 0.22}
+# Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick: 0.224, 95 %
+# interval 0.192 to 0.248, and 0.254, 0.196 to 0.310 (`affordance study people`; docs/decisions/0026-kinds.md).
+KAPPA = {Pick.MAP: 0.22, Pick.DRAWN: 0.25}
 _LABELS = {Pick.MAP: "kinds, most probable", Pick.DRAWN: "kinds, drawn"}
 
 
@@ -135,9 +135,12 @@ class Kinds(Learner):
     @override
     def expect(self, state: State, seen: Seen) -> Normals:
         state = make_room_for_thing(state, seen)
-        scatter_sd = np.broadcast_to(state["deviation_sd"][:, None], (len(seen.things), len(seen.colours)))
-        everyone = np.arange(len(seen.things))
-        return predict_densities(state, seen, everyone, self.find_groups(state, seen), scatter_sd)
+        believed, kinds = believe_kinds(state), self.find_groups(state, seen)
+        everyone = np.arange(len(kinds))
+        rows = everyone[:, None]
+        squares = believed.mean[rows, kinds] ** 2 + believed.covariance[rows, kinds, kinds]
+        scatter_sd = state["deviation"][:, None] * np.sqrt(squares)
+        return predict_densities(state, seen, everyone, kinds, scatter_sd)
 
     @override
     def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:

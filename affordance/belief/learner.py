@@ -228,7 +228,7 @@ def describe_start(parameters: Any, prior: Prior, size: int) -> State:
 
 def describe_prior(prior: Prior, size: int) -> State:
     """Returns the prior as a part of the state of B observers, (B,) each."""
-    values = {"prior_mode": prior.mode, "prior_sd": prior.sd, "deviation_sd": prior.deviation_sd}
+    values = {"prior_mode": prior.mode, "prior_sd": prior.sd, "deviation": prior.deviation}
     return {name: np.full(size, value) for name, value in values.items()}
 
 

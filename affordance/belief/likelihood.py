@@ -71,24 +71,54 @@ class Likelihood(NamedTuple):
             self.num_values + other.num_values,
         )
 
-    def marginalise_deviation(self, deviation_sd: float | Array, earlier: "Likelihood | None" = None) -> "Likelihood":
-        """Returns the likelihood of material means mu with rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
+    def estimate_densities(self) -> Array:
+        """Estimates the densities from these data alone, (..., M), [kg/m^3].
 
-        The constant is dropped: the evidence of a trial is that of the object's own densities. After earlier trials
-        with the same object, whose deviation is the same, the result is the information that this trial adds about
-        mu. The SD is a number, or one for each entry along the leading dimensions.
+        The estimate is the most likely one where the data determine each density. Where they do not, as with a torque
+        that shows a weighted sum of two densities, it is as near as possible to a density common to all parts: the
+        posterior mean under N(r, r'^2) for each, with r the common density that fits best and r' the root mean square
+        of what the data tell of it. An SD as large as the density is the least informative one of a positive density
+        that is known by its mean. The estimate depends on nothing but the summed data, so neither on their order nor
+        on a belief, and is multiplied by a factor if all densities are.
         """
-        P, q, identity = self.precision, self.information_vector, np.eye(self.information_vector.shape[-1])
-        variance = np.asarray(deviation_sd)[..., None, None] ** 2
-        if earlier is None:
-            spread = identity + variance * P
-            precision, information_vector = np.linalg.solve(spread, P), np.linalg.solve(spread, q[..., None])[..., 0]
-        else:  # the difference of the marginals with and without this trial, without cancellation
-            B = np.linalg.inv(identity + variance * earlier.precision)
-            K = B @ np.linalg.inv(identity + variance * P @ B)
-            precision = K @ P @ B
-            felt = np.matvec(variance * P @ B, earlier.information_vector)
-            information_vector = np.matvec(K, q - felt)
+        P, q = self.precision, self.information_vector
+        largest = np.trace(P, axis1=-2, axis2=-1)
+        # A weighted sum that vanishes for equal densities tells nothing of a common density.
+        common = np.maximum(P.sum(axis=(-2, -1)), np.maximum(SEEN * largest, np.finfo(float).tiny))
+        mean: Array = q.sum(axis=-1) / common
+        if q.shape[-1] == 1:
+            return np.asarray(mean[..., None])
+        weight = np.where(largest > 0.0, common / (common * mean**2 + 1.0), 1.0)
+        widened = P + weight[..., None, None] * np.eye(q.shape[-1])
+        estimate: Array = np.linalg.solve(widened, (q + (weight * mean)[..., None])[..., None])[..., 0]
+        return estimate
+
+    def marginalise_deviation(self, deviation: float | Array, earlier: "Likelihood | None" = None) -> "Likelihood":
+        """Returns the likelihood of material means mu with rho = mu + delta, delta ~ N(0, diag(deviation rho_hat)^2).
+
+        rho_hat is the estimate of the object's densities from these data alone, and no belief, so that the likelihood
+        is the same whatever was learned before. Its own error matters little: where the data determine a density it
+        is at most about as large as the error of the data, which the likelihood has anyway. The constant is dropped:
+        the evidence of a trial is that of the object's own densities.
+
+        Args:
+            deviation: Scatter of objects within a material, as a fraction of the density: a number, or one for each
+                entry along the leading dimensions.
+            earlier: Sum of the likelihoods of earlier trials with the same object, whose deviation is the same. Given
+                these, the result is what this trial adds: the likelihood of all trials in place of that of the
+                earlier ones. It may be negative, as a trial may show that the object is denser than it seemed.
+        """
+        if earlier is not None:
+            after, before = (
+                self.add(earlier).marginalise_deviation(deviation),
+                earlier.marginalise_deviation(deviation),
+            )
+            precision = after.precision - before.precision
+            return Likelihood(precision, after.information_vector - before.information_vector, np.nan)
+        P, q, rho = self.precision, self.information_vector, self.estimate_densities()
+        variance = (np.asarray(deviation)[..., None] * rho) ** 2
+        spread = np.eye(q.shape[-1]) + P * variance[..., None, :]
+        precision, information_vector = np.linalg.solve(spread, P), np.linalg.solve(spread, q[..., None])[..., 0]
         return Likelihood(0.5 * (precision + np.swapaxes(precision, -1, -2)), information_vector, np.nan)
 
 

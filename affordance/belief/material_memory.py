@@ -258,11 +258,11 @@ class MaterialMemory:
         felt = FeltObject.of(shown, None if own is None else own.take(0), prior, thing.appearance)
         return Recollection(memory, densities, thing.colours, tuple(map(thing.colours.index, columns)), felt)
 
-    def learn(self, find_likelihood: FindLikelihood, deviation_sd: float) -> Lesson:
+    def learn(self, find_likelihood: FindLikelihood, deviation: float) -> Lesson:
         """Learns from a trial with the object recalled last.
 
-        Objects of a material scatter about its mean by deviation_sd, [kg/m^3]. Without a recalled object a ValueError
-        is raised.
+        Objects of a material scatter about its mean by a fraction of it, the deviation. Without a recalled object a
+        ValueError is raised.
         """
         at_hand = self.at_hand
         if at_hand is None:
@@ -272,7 +272,7 @@ class MaterialMemory:
             return Likelihood.stack([find_likelihood(_get_only(normals.take([row]))) for row in range(len(normals))])
 
         rng = ObserverDraws([(*self.seed, self.num_lifts + 1)])
-        state = {**self.state, "deviation_sd": np.full(1, deviation_sd)}
+        state = {**self.state, "deviation": np.full(1, deviation)}
         lesson = self.learner.learn(state, at_hand.seen, find, rng)
         things = self.things if at_hand.number < len(self.things) else (*self.things, at_hand.thing)
         memory = replace(self, state=lesson.state, things=things, num_lifts=self.num_lifts + 1, at_hand=None)

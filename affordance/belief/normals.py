@@ -62,6 +62,11 @@ class Normals:
         covariance = self.covariance + np.eye(self.mean.shape[1]) * sds[:, None, :] ** 2
         return Normals(self.mean, covariance)
 
+    def vary(self, deviation: Array) -> "Normals":
+        """Returns the distributions of objects' densities, mu (1 + delta) with delta ~ N(0, deviation^2), (N,)."""
+        squares = self.mean**2 + np.diagonal(self.covariance, axis1=1, axis2=2)
+        return self.widen(deviation[:, None] * np.sqrt(squares))
+
     def condition(self, likelihood: Likelihood) -> "Normals":
         """Returns the posteriors by Bayes' rule."""
         return Normals.from_information(

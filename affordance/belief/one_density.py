@@ -53,7 +53,7 @@ class OneDensity(Learner):
 
     @override
     def expect(self, state: State, seen: Seen) -> Normals:
-        return self.believe(state).select(seen.colours).widen(state["deviation_sd"][:, None])
+        return self.believe(state).select(seen.colours).vary(state["deviation"])
 
     @override
     def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
@@ -61,7 +61,7 @@ class OneDensity(Learner):
         expected = self.expect(state, seen)
         likelihood = find_likelihood(expected)
         felt = get_felt(state, seen)
-        added = likelihood.marginalise_deviation(state["deviation_sd"], felt)
+        added = likelihood.marginalise_deviation(state["deviation"], felt)
         added = added.embed(seen.colours, state["precision"].shape[1])
         state = set_felt(state, seen, likelihood.add(felt))
         state["precision"] = state["precision"] + added.precision

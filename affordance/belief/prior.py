@@ -1,13 +1,17 @@
 """Prior of the density of materials that were never held."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Self
 
+from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.inertia import DENSITY_MAX
 
 # Far above any density, to permit flat priors, [kg/m^3].
 _SD_MAX = 1e12
+# Density at which an absolute deviation of earlier versions is told as a fraction, that of the objects of Linear+ and
+# Linear++, [kg/m^3].
+_FORMER_DENSITY = 1500.0
 
 
 @dataclass(frozen=True)
@@ -17,7 +21,7 @@ class Prior(CheckedFields):
     Attributes:
         mode: Most probable density, [kg/m^3].
         sd: Standard deviation of the unrestricted normal distribution, [kg/m^3].
-        deviation_sd: Standard deviation of one object's density about its material's mean (s_m), [kg/m^3].
+        deviation: Standard deviation of one object's density about its material's mean (s_m), as a fraction of it.
 
     Example:
         >>> from affordance import Prior, Settings
@@ -35,8 +39,23 @@ class Prior(CheckedFields):
         Within(1e-3, _SD_MAX),
         Setting("kg/m^3", "broad: copper, the densest metal in common use, lies two standard deviations above"),
     ] = 4000.0
-    deviation_sd: Annotated[
+    deviation: Annotated[
         float,
-        Within(0.0, _SD_MAX),
-        Setting("kg/m^3", "spread within woods, brasses and steels, 60 to 90 kg/m^3 (docs/decisions/0003-prior.md)"),
-    ] = 100.0
+        Within(0.0, 1.0),
+        Setting("1", "root mean square of the spreads of materials, 0.01 to 0.1 (docs/decisions/0003-prior.md)"),
+    ] = 0.06
+
+    def __new__(cls, *args: object, **kwargs: object) -> Self:
+        """Refuses the absolute deviation that earlier versions had."""
+        if "deviation_sd" in kwargs:
+            raise BadArgumentError("Prior", "deviation_sd", describe_former(kwargs["deviation_sd"]))
+        return super().__new__(cls)
+
+
+def describe_former(value: object) -> str:
+    """Says what the deviation of earlier versions, in kg/m^3, is called now, and which value is nearest to it."""
+    if isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= _FORMER_DENSITY:
+        nearest = f"{value / _FORMER_DENSITY:.2g} for {value:g} kg/m^3 of {_FORMER_DENSITY:g} kg/m^3"
+    else:
+        nearest = "such as 0.06"
+    return f"is now deviation, a fraction of the density: {nearest}"

@@ -113,8 +113,8 @@ class HoldSamples:
     def draw_own(self, name: str) -> Array:
         """Draws an object's own densities given its materials' mean densities, (S, M); the same in every call."""
         if name not in self._own:
-            sd = self._prior.deviation_sd
-            own = self.mu + sd * self._rng.standard_normal(self.mu.shape)
+            deviation = self._prior.deviation
+            own = self.mu + deviation * self.mu * self._rng.standard_normal(self.mu.shape)
             columns, felt = self._columns[name], self._find_felt(name)
             chosen = list(dict.fromkeys(columns))
             if self._is_odd(name):  # its densities are unrelated to the materials' means
@@ -124,8 +124,10 @@ class HoldSamples:
                 for part, column in zip(recollection.columns, columns, strict=True):
                     own[:, column] = drawn[:, part]
             elif felt is not None:
-                covariance = np.linalg.inv(np.eye(len(chosen)) / sd**2 + felt.precision)
-                mean = (self.mu[:, chosen] / sd**2 + felt.information_vector) @ covariance
+                # The scatter is that by which the memory has learned from what was felt.
+                precision = np.diag((deviation * felt.estimate_densities()) ** -2.0)
+                covariance = np.linalg.inv(precision + felt.precision)
+                mean = (self.mu[:, chosen] @ precision + felt.information_vector) @ covariance
                 root = np.linalg.cholesky(0.5 * (covariance + covariance.T))
                 own[:, chosen] = mean + self._rng.standard_normal(mean.shape) @ root.T
             self._own[name] = np.maximum(own, 0.0)
@@ -191,8 +193,11 @@ class HoldSamples:
             if rest is None:  # none of the objects here has its colour, or the memory has not learned from it
                 continue
             own = felt.own._replace(log_constant=0.0)
-            strange = EMPTY_BELIEF.extend(self._prior, len(known)).add_object_variation(self._prior.deviation_sd)
-            expected = rest.select(known).add_object_variation(self._prior.deviation_sd)
+            # It scatters as the memory has learned from it: the odds are the same whichever of two is left out.
+            deviation, densities = self._prior.deviation, own.estimate_densities()
+            strange = EMPTY_BELIEF.extend(self._prior, len(known))
+            strange = strange.add_object_variation(deviation, densities=densities)
+            expected = rest.select(known).add_object_variation(deviation, densities=densities)
             log_odds = np.log(ODD / (1.0 - ODD))
             for each, sign in ((strange, 1.0), (expected, -1.0)):
                 log_odds += sign * each.compute_untruncated_log_evidence(own, each.condition(own))

@@ -110,9 +110,9 @@ def condition_on_weighings(
 
     Returns: Joint belief of size N M, object by object, and the contradicting weighings.
     """
-    joint = belief.add_object_variation(prior.deviation_sd, len(objects))
     size = belief.size
-    single = belief.add_object_variation(prior.deviation_sd)
+    single = belief.add_object_variation(prior.deviation)
+    learned, known = belief, dict[int, Array]()
     evidence, surprises, odd = [], list[Surprise](), list[int]()
     for number, (name, weighed) in enumerate(objects.items()):
         if not weighed.weighings:
@@ -121,7 +121,14 @@ def condition_on_weighings(
         found = _find_surprises(single, name, weighed)
         surprises += found
         odd += [number] * len(found)
-        evidence.append(likelihood.embed(range(number * size, (number + 1) * size), joint.size))
+        if not found:
+            learned = learned.condition(likelihood.marginalise_deviation(prior.deviation))
+        known[number] = likelihood.estimate_densities()
+        evidence.append(likelihood.embed(range(number * size, (number + 1) * size), size * len(objects)))
+    # Objects scatter as a memory has them that has learned from the weighings, one after the other.
+    expected_densities = np.sqrt(learned.untruncated_mean**2 + np.diag(learned.covariance))
+    densities = [known.get(number, expected_densities) for number in range(len(objects))]
+    joint = belief.add_object_variation(prior.deviation, len(objects), np.concatenate(densities))
     if odd:
         covariance = joint.covariance.copy()
         for number in dict.fromkeys(odd):

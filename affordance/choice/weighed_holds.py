@@ -34,16 +34,16 @@ def learn_weighings(
         own_columns = [chosen.index(column) for column in columns]
         geometry = measure_geometry(option.features, own_columns, len(chosen))
         weighed = WeighedObject(option.features, own_columns, geometry, option.weighings)
-        before = memory.belief.select(chosen).add_object_variation(prior.deviation_sd)
+        before = memory.belief.select(chosen).add_object_variation(prior.deviation)
         own = compute_likelihood(weighed, np.maximum(before.untruncated_mean, 0.0))
         colours = tuple(memory.colours[column] for column in chosen)
         earlier = found.get(name)
         if earlier is not None and set(earlier.colours) == set(colours):
             held = earlier.own.select([earlier.colours.index(colour) for colour in colours])
-            news = own.marginalise_deviation(prior.deviation_sd, held)
+            news = own.marginalise_deviation(prior.deviation, held)
             own = own.add(held)
         else:
-            news = own.marginalise_deviation(prior.deviation_sd)
+            news = own.marginalise_deviation(prior.deviation)
         appearance = tuple(part.appearance for part in option.features)
         known = FeltObject.of(colours, own, prior, appearance)
         assert known is not None  # because there is a likelihood

@@ -146,7 +146,7 @@ def run(arguments: argparse.Namespace) -> int:
         gains=gains,
         reference_mass=mass,
         seen=seen,
-        deviation_sd=prior.deviation_sd,
+        deviation=prior.deviation,
         as_found=arguments.as_found,
         settings=settings,
     )

@@ -261,7 +261,7 @@ def find_share_of_light_ends(
     memory = MaterialMemory().add_colours(list_colours(held), exact.prior)
     rng = np.random.default_rng([seed, Stream.LIGHT_ENDS])
     # Densities of an object, which deviates from its materials' means: (choices, colours).
-    densities = memory.belief.add_object_variation(exact.prior.deviation_sd).draw_samples(rng, NUM_PRIOR_CHOICES)
+    densities = memory.belief.add_object_variation(exact.prior.deviation).draw_samples(rng, NUM_PRIOR_CHOICES)
     chosen = pick_cheapest(choice.compute_costs(choice.compute_parameters(memory, densities)), rng)
     near, far = [], []  # index of the density nearest to the hand and farthest from it, by grip
     for option in choice.options:

@@ -40,7 +40,6 @@ from affordance.vision.systems import predict_object
 type _Analysis = Callable[[SerialChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
-_DEVIATION_MAX = 1e6
 _EARTH = 9.81  # [m/s^2]
 _OVERLAP = 0.2  # share of common samples above which two runs are the same recording
 
@@ -72,7 +71,7 @@ def identify(
     reference_mass: float | None = None,
     seen: SeenObject | None = None,
     solid_prior: SolidPrior | None = None,
-    deviation_sd: float = 100.0,
+    deviation: float = 0.06,
     as_found: bool = False,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
@@ -87,7 +86,7 @@ def identify(
             that of the loaded run's description.
         seen: Belief about the object from a camera and a memory of materials; None without a camera.
         solid_prior: Prior of a body that no camera has seen; None for any solid that a hand could hold.
-        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        deviation: Standard deviation of an object's density about its material's mean, as a fraction of it.
         as_found: True to correct sign, gravity, frame and delay as the arm's own weight indicates; False to doubt the
             result of runs that contradict their description.
         settings: Settings of nuisances, filters and samples.
@@ -102,7 +101,7 @@ def identify(
         hint = "load_robot(PATH, TIP) returns one, Robot.load(FOLDER) contains one"
         arm = arm.chain if isinstance(arm, ArmOwner) else check_kind("arm", arm, SerialChain, hint)
     _check_arguments(runs, gains, seen, settings)
-    check_number("deviation_sd", deviation_sd, 0.0, _DEVIATION_MAX, "kg/m^3")
+    check_number("deviation", deviation, 0.0, 1.0)
     loaded = runs.loaded.arrange(arm.joint_names)
     empty = [run.arrange(arm.joint_names) for run in runs.empty]
     _check_kinds(loaded, empty)
@@ -142,7 +141,7 @@ def identify(
             before,
             solid=solid,
             placed=None if seen is None else seen.place(description.object_pose),
-            deviation_sd=deviation_sd,
+            deviation=deviation,
             settings=settings,
         )
         changed = list_remedies(reading) if as_found else ()

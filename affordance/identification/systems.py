@@ -74,7 +74,7 @@ class PayloadIdentifier(SampledSystem):
         fitted: FittedArm | None = None,
         solid: SolidPrior | None = None,
         placed: PlacedObject | None = None,
-        deviation_sd: float = 100.0,
+        deviation: float = 0.06,
         settings: IdentificationSettings = DEFAULT_SETTINGS,
     ) -> None:
         """Declares states, ports and events.
@@ -89,7 +89,7 @@ class PayloadIdentifier(SampledSystem):
             fitted: Fitted empty arm whose prediction is subtracted; None to subtract nothing.
             solid: Prior of the body; None for any solid that a hand could hold.
             placed: Object that a camera saw, in the frame of the tip; None without a camera.
-            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+            deviation: Standard deviation of an object's density about its material's mean, as a fraction of it.
             settings: Identification settings.
         """
         super().__init__()
@@ -97,7 +97,7 @@ class PayloadIdentifier(SampledSystem):
         self._robot, self._prior, self._settings = robot, prior, settings
         self._fitted = fitted
         self._solid = SolidPrior.for_hand() if solid is None else solid
-        self._placed, self._deviation_sd = placed, deviation_sd
+        self._placed, self._deviation = placed, deviation
         self._model = ArmModel(build_arm(robot))
         if fitted is not None:
             links = robot.link_parameters + fitted.link_change.reshape(n, -1)
@@ -169,7 +169,7 @@ class PayloadIdentifier(SampledSystem):
                 parts = infer_parts(
                     likelihood,
                     self._placed,
-                    deviation_sd=self._deviation_sd,
+                    deviation=self._deviation,
                     unseen_share=self._settings.unseen_share,
                     rng=rng,
                     num_samples=_NUM_SAMPLES,
@@ -197,7 +197,7 @@ def build_replay(
     *,
     solid: SolidPrior | None = None,
     placed: PlacedObject | None = None,
-    deviation_sd: float = 100.0,
+    deviation: float = 0.06,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> tuple[Diagram, PayloadIdentifier]:
     """Builds a Diagram that replays a run's evidence into an identifier.
@@ -216,7 +216,7 @@ def build_replay(
         least_variance=np.maximum(evidence.least_variance, gains.least_variance),
         solid=solid,
         placed=placed,
-        deviation_sd=deviation_sd,
+        deviation=deviation,
         settings=settings,
     )
     builder.AddNamedSystem("payload_identifier", identifier)

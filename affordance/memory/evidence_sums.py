@@ -84,7 +84,7 @@ class ObjectSum(NamedTuple):
         selection = np.array([[float(column == material) for material in self.materials] for column in self.columns])
         precision, information = selection.T @ self.means[0] @ selection, selection.T @ self.means[1]
         if self.body.precision.any():
-            likelihood = self.compute_own_likelihood(prior).marginalise_deviation(prior.deviation_sd)
+            likelihood = self.compute_own_likelihood(prior).marginalise_deviation(prior.deviation)
             precision = precision + likelihood.precision
             information = information + likelihood.information_vector
         return Likelihood(precision, information, np.nan)
@@ -217,7 +217,7 @@ def sum_trials(trials: Iterable[TrialEvidence], prior: Prior) -> EvidenceSums:
 @functools.lru_cache(maxsize=64)
 def build_broad_belief(prior: Prior, size: int) -> DensityBelief:
     """Builds the belief about the densities of an object whose ``size`` materials were never felt."""
-    return EMPTY_BELIEF.extend(prior, size).add_object_variation(prior.deviation_sd)
+    return EMPTY_BELIEF.extend(prior, size).add_object_variation(prior.deviation)
 
 
 def gather(geometry: Geometry, columns: Sequence[int], size: int) -> Geometry:

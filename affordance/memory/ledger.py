@@ -295,7 +295,7 @@ def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior
         geometry = gather(trial.geometry, recollection.columns, recollection.densities.size)
         compute = partial(trial.compute_likelihood, geometry)
         find_likelihood = partial(find_fixed_point, compute_likelihood=compute)
-        memory = recollection.memory.learn(find_likelihood, prior.deviation_sd).memory
+        memory = recollection.memory.learn(find_likelihood, prior.deviation).memory
     return memory
 
 

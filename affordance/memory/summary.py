@@ -124,7 +124,7 @@ def _describe_thing(name: str, thing: FeltThing, belief: DensityBelief, prior: P
     own, shared = thing.evidence.compute_own_likelihood(prior), thing.compute_likelihood(prior)
     told = shared.embed(chosen, belief.size)
     others = DensityBelief(belief.precision - told.precision, belief.information_vector - told.information_vector)
-    before = others.select(chosen).add_object_variation(prior.deviation_sd)
+    before = others.select(chosen).add_object_variation(prior.deviation, densities=own.estimate_densities())
     densities = before.condition(own)
     # The mass is that of the whole body given the evidence, including any parts that were not seen.
     geometry = thing.evidence.build_geometry()

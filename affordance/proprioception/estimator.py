@@ -40,22 +40,22 @@ class Inference(NamedTuple):
 
 
 def compute_posterior(
-    prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation_sd: float
+    prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation: float
 ) -> Inference:
-    """Applies Bayes' rule to the torques measured in a trial so far; deviations of density in [kg/m^3].
+    """Applies Bayes' rule to the torques measured in a trial so far; deviations of density as fractions.
 
     Before the first sample the prior is returned, with zero log evidence and a p-value of 1. If no fixed point of the
     errors' size is found, an AffordanceError is raised.
     """
     if statistics.num_samples == 0:
         return Inference(prior, 0.0, 1.0)
-    posterior, likelihood = condition_on_torques(prior, statistics, num_joints, noise, deviation_sd)
+    posterior, likelihood = condition_on_torques(prior, statistics, num_joints, noise, deviation)
     densities = prior.densities
     return Inference(posterior, densities.compute_log_evidence(likelihood), densities.compute_p_value(likelihood))
 
 
 def condition_on_torques(
-    prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation_sd: float
+    prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation: float
 ) -> tuple[ObjectBelief, Likelihood]:
     """Returns the posterior and its likelihood, without the evidence, which takes most of the time to compute.
 
@@ -68,5 +68,5 @@ def condition_on_torques(
             belief, lambda rho: noise.compute_likelihood(features, num_samples, num_joints, prior.geometry, rho)
         )
 
-    lesson = prior.memory.learn(find_likelihood, deviation_sd)
+    lesson = prior.memory.learn(find_likelihood, deviation)
     return replace(prior, memory=lesson.memory, densities=lesson.densities), lesson.likelihood

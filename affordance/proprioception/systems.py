@@ -49,14 +49,14 @@ class DensityEstimator(SampledSystem):
     """
 
     def __init__(
-        self, arm: Arm, *, noise: NoiseModel, deviation_sd: float, sample_period: float, duration: float
+        self, arm: Arm, *, noise: NoiseModel, deviation: float, sample_period: float, duration: float
     ) -> None:
-        """Declares states, ports and events; deviations of density about material means in [kg/m^3], times in [s]."""
+        """Declares states, ports and events; deviations of density as fractions of material means, times in [s]."""
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
         self._noise = noise
-        self._deviation_sd = deviation_sd
+        self._deviation = deviation
         self._prior: Source[ObjectBelief] = self.declare_object_input("prior")
         self._measurement = self.declare_vector_input("measurement", 4 * arm.num_joints)
         statistics = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
@@ -130,7 +130,7 @@ class DensityEstimator(SampledSystem):
 
     def _compute_inference(self, context: Context) -> Inference:
         prior, statistics = self._prior.Eval(context), self.get_statistics(context)
-        return compute_posterior(prior, statistics, self._num_joints, self._noise, self._deviation_sd)
+        return compute_posterior(prior, statistics, self._num_joints, self._noise, self._deviation)
 
     def _calc_posterior(self, context: Context) -> ObjectBelief:
         return self._inference.get(context).posterior

@@ -150,7 +150,7 @@ def build_trial_diagram(
         DensityEstimator(
             model,
             noise=settings.noise,
-            deviation_sd=settings.prior.deviation_sd,
+            deviation=settings.prior.deviation,
             sample_period=settings.sample_period,
             duration=end,
         ),

@@ -46,8 +46,11 @@ def _learn(
 ) -> tuple[MaterialMemory, float]:
     """Learns from a hold; returns the memory and the information gained about common kinds, for normal beliefs."""
     rng = np.random.default_rng([number, 1])
-    sd = workshop.settings.prior.deviation_sd
-    true = {part.looks_like.colour: part.material.density + sd * rng.standard_normal() for part in tool.components}
+    deviation = workshop.settings.prior.deviation
+    true = {
+        part.looks_like.colour: part.material.density * (1.0 + deviation * rng.standard_normal())
+        for part in tool.components
+    }
     after, _ = worlds.learn(workshop, tool.name, true, memory, (number, 2))
     return after, 0.5 * float(_measure(memory) - _measure(after))
 

@@ -57,7 +57,7 @@ def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
         material, features = piece.components[0].material, measure_drawing(piece)
         for observer in range(config.num_observers):
             rng = np.random.default_rng([config.seed, number, config.num_observers * block + observer, 41])
-            (rho,) = deviate([material.density], settings.prior.deviation_sd, rng)
+            (rho,) = deviate([material.density], settings.prior.deviation, rng)
             trials = hold(piece, float(rho), static, settings, config.num_holds, rng)
             for name, learn in _LEARNERS.items():
                 belief = learn(trials, features, settings)
@@ -136,8 +136,9 @@ def _observe(
     for trial in trials:
         belief = predict_object(features, memory, settings.prior)
         statistics = TorqueStatistics(trial.features, trial.num_samples)
-        deviation_sd = settings.prior.deviation_sd
-        posterior, _ = condition_on_torques(belief, statistics, trial.num_joints, settings.noise, deviation_sd)
+        posterior, _ = condition_on_torques(
+            belief, statistics, trial.num_joints, settings.noise, settings.prior.deviation
+        )
         memory = posterior.memory
         if not remembers_objects:
             memory = MaterialMemory.from_belief(memory.colours, memory.belief)

@@ -47,7 +47,7 @@ def pick_by_information(
     covariance = np.cov(mu.T)
     found = {}
     for name in left:
-        own = mu + workshop.settings.prior.deviation_sd * rng.standard_normal(mu.shape)
+        own = mu * (1.0 + workshop.settings.prior.deviation * rng.standard_normal(mu.shape))
         geometry = build_hold_geometry(workshop, name, memory)
         possible = PossibleHold(name, geometry, np.maximum(own, 0.0), np.zeros((len(own), len(geometry.Phi_errors))))
         found[name] = compute_information(possible, workshop.static, workshop.settings.noise, covariance)
@@ -79,7 +79,8 @@ def _find_gain(workshop: Workshop, memory: MaterialMemory, name: str, mu: Array)
     A, rho = workshop.static.Y @ geometry.Phi, mu.mean(axis=0)
     R = np.diag(noise.compute_sd(workshop.static.tau_arm + A @ rho) ** 2)
     R += workshop.static.Y @ geometry.compute_covariance(rho) @ workshop.static.Y.T
-    R += workshop.settings.prior.deviation_sd**2 * A @ A.T
+    scaled = workshop.settings.prior.deviation * A * rho
+    R += scaled @ scaled.T
     gain: Array = A.T @ np.linalg.solve(R, A)
     return gain
 

@@ -113,12 +113,12 @@ def draw_world(
     workshop: Workshop, rng: np.random.Generator, means: Mapping[Colour, float] | None = None
 ) -> TrueWorld:
     """Draws the world of an observer: every object deviates from its materials; None for their real densities."""
-    sd = workshop.settings.prior.deviation_sd
+    deviation = workshop.settings.prior.deviation
     means = means or {each.colour: each.density for each in load_materials().values()}
     densities: dict[str, dict[Colour, float]] = {}
     for name, tool in workshop.candidates.items():
         colours = list(dict.fromkeys(part.looks_like.colour for part in tool.components))
-        drawn = deviate([means[colour] for colour in colours], sd, rng)
+        drawn = deviate([means[colour] for colour in colours], deviation, rng)
         densities[name] = dict(zip(colours, drawn.tolist(), strict=True))
     costs = {}
     for question in workshop.questions:
@@ -126,7 +126,7 @@ def draw_world(
         for option in question.choice.options:
             if option.object_name not in true:
                 materials = [part.colour for part in option.features]
-                true[option.object_name] = draw_parameters(option.features, materials, means, sd, rng)
+                true[option.object_name] = draw_parameters(option.features, materials, means, deviation, rng)
         costs[question.name] = find_true_costs(question.choice, true)
     return TrueWorld(densities, costs)
 
@@ -135,20 +135,23 @@ def draw_parameters[K](
     features: Sequence[ComponentFeatures],
     materials: Sequence[K],
     means: Mapping[K, float],
-    deviation_sd: float,
+    deviation: float,
     rng: np.random.Generator,
 ) -> Array:
     """Draws the true parameters, (10,), of an object by the material of each part and materials' mean densities."""
     kinds = list(dict.fromkeys(materials))
     geometry = measure_geometry(features, [kinds.index(each) for each in materials], len(kinds))
-    pi: Array = geometry.Phi @ deviate([means[kind] for kind in kinds], deviation_sd, rng)
+    pi: Array = geometry.Phi @ deviate([means[kind] for kind in kinds], deviation, rng)
     return pi
 
 
-def deviate(means: Sequence[float], sd: float, rng: np.random.Generator) -> Array:
-    """Draws the densities of an object that deviates once from the mean of each of its materials, (M,), [kg/m^3]."""
+def deviate(means: Sequence[float], deviation: float, rng: np.random.Generator) -> Array:
+    """Draws the densities of an object that deviates once from the mean of each of its materials, (M,), [kg/m^3].
+
+    The standard deviation is a fraction of the mean.
+    """
     mean = np.array(means)
-    return np.maximum(mean + sd * rng.standard_normal(len(mean)), _LEAST * mean)
+    return mean * np.maximum(1.0 + deviation * rng.standard_normal(len(mean)), _LEAST)
 
 
 def find_true_costs(choice: Choice, truths: Mapping[str, Array], criterion: Criterion = Criterion.WORK) -> Array:
@@ -235,7 +238,7 @@ def learn(
         rho[column] = densities[colour]
     statistics = static.measure(belief, rho, settings.noise, seed)
     learned, _ = condition_on_torques(
-        belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation_sd
+        belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation
     )
     felt = learned.memory.recall([part.appearance for part in parts], settings.prior).felt
     assert felt is not None  # as it was just learned from
@@ -264,7 +267,7 @@ def decide(
 ) -> tuple[Array, list[Decision]]:
     """Draws materials' means, (S, M), and the costs of all options given these."""
     mu = memory.belief.draw_samples(rng, num_samples)
-    sd = workshop.settings.prior.deviation_sd
+    deviation = workshop.settings.prior.deviation
     decisions = []
     for question in workshop.questions:
         drawn: dict[str, Array] = {}
@@ -272,7 +275,7 @@ def decide(
             if option.object_name not in drawn:
                 columns = [memory.colours.index(part.colour) for part in option.features]
                 geometry = measure_geometry(option.features, columns, len(memory.colours))
-                own = np.maximum(mu + sd * rng.standard_normal(mu.shape), 0.0)
+                own = np.maximum(mu * (1.0 + deviation * rng.standard_normal(mu.shape)), 0.0)
                 errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
                 drawn[option.object_name] = geometry.compute_parameters(own, errors)
         options = question.choice.options

@@ -43,12 +43,12 @@ class Judged(NamedTuple):
 type Truths = Mapping[str, Array]
 
 
-def draw_truth(tool: Tool, deviation_sd: float, rng: np.random.Generator) -> Array:
+def draw_truth(tool: Tool, deviation: float, rng: np.random.Generator) -> Array:
     """Draws the true parameters, (10,), of a tool; each of its materials has one deviation from its mean there."""
     features = measure_features(tool, VisionError(), rng)
     materials = [part.material.name for part in tool.components]
     means = {part.material.name: part.material.density for part in tool.components}
-    return draw_parameters(features, materials, means, deviation_sd, rng)
+    return draw_parameters(features, materials, means, deviation, rng)
 
 
 def live(
@@ -62,11 +62,11 @@ def live(
         yield ledger.recall(settings.learner, settings.prior)
         for index in rng.permutation(len(pieces)):
             piece = pieces[index]
-            pi = draw_truth(piece, settings.prior.deviation_sd, rng)
+            pi = draw_truth(piece, settings.prior.deviation, rng)
             seen = see_tool(piece, ledger.recall(prior=settings.prior), settings.prior, _SIZE_ERROR)
             runs = recorder.record(pi, rng, piece.name)
             belief = identify(
-                recorder.chain, runs, seen=seen, deviation_sd=settings.prior.deviation_sd, settings=_IDENTIFICATION
+                recorder.chain, runs, seen=seen, deviation=settings.prior.deviation, settings=_IDENTIFICATION
             )
             if belief.teaches:
                 trial = build_identified_trial(

@@ -43,7 +43,7 @@ def record_stock(robot: Robot, folder: Path, signals: Signals, seed: int) -> dic
     recorder = build_recorder(robot, signals, rng)
     files = {}
     for piece in load_tools(STOCK, load_materials()):
-        pi = draw_truth(piece, DEFAULT_SETTINGS.prior.deviation_sd, rng)
+        pi = draw_truth(piece, DEFAULT_SETTINGS.prior.deviation, rng)
         runs = recorder.record(pi, rng, piece.name)
         stem = piece.name.replace(" ", "_")
         files[piece.name] = Recorded(

@@ -94,7 +94,7 @@ def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
     """Lets an observer hold all pieces of stock."""
     rng = np.random.default_rng([config.seed, repeat, 17])
     recorder = build_recorder(bench.robot, TORQUE_SENSORS if config.has_torque_sensors else MOTORS, rng)
-    truths = {tool.name: draw_truth(tool, bench.settings.prior.deviation_sd, rng) for tool in bench.tools}
+    truths = {tool.name: draw_truth(tool, bench.settings.prior.deviation, rng) for tool in bench.tools}
     with TemporaryDirectory() as folder:
         place = Path(folder) / "memory.sqlite"
         lives = dict(enumerate(live(place, recorder, bench.pieces, bench.settings, rng)))
@@ -148,7 +148,7 @@ def see_things(config: LoopConfig, bench: Bench, repeat: int) -> tuple[Choice, T
     """Lets an observer see things of its own; returns them as options without a plan, and their true inertias."""
     drawn, seed = np.random.default_rng([config.seed, repeat, 18]), int(1e6) * config.seed + repeat
     things = draw_things(drawn, load_materials(MODELS / "materials.yaml"))
-    truths = {thing.name: draw_truth(thing, bench.settings.prior.deviation_sd, drawn) for thing in things}
+    truths = {thing.name: draw_truth(thing, bench.settings.prior.deviation, drawn) for thing in things}
     held = [replace(thing, grips=(Grip("", np.eye(4)),)) for thing in things]
     return Choice(list_seen_options(held, seed, CameraSensor(TURNING_RIG)), (), bench.settings), truths
 

@@ -65,7 +65,7 @@ def _teach(world: World, tool: Tool, looks: Tool, rng: np.random.Generator) -> l
         found = infer_parts(
             likelihood,
             see_tool(looks, MaterialMemory(), MATERIAL_PRIOR, _SIZE_ERROR).place(np.eye(4)),
-            deviation_sd=MATERIAL_PRIOR.deviation_sd,
+            deviation=MATERIAL_PRIOR.deviation,
             unseen_share=settings.unseen_share,
             rng=rng,
             num_samples=settings.num_samples,

@@ -32,7 +32,7 @@ from studies.recorded.solids import CLASSES
 _LENGTH = 5.0  # [s]
 _MASSES = (0.1, 3.0)
 # Prior of materials never felt, as everywhere (settings.py).
-MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def _hide_and_find(world: World, rng: np.random.Generator) -> float:
     parts = infer_parts(
         world.hold(pi, rng),
         _see(seen).place(np.eye(4)),
-        deviation_sd=MATERIAL_PRIOR.deviation_sd,
+        deviation=MATERIAL_PRIOR.deviation,
         unseen_share=share,
         rng=rng,
         num_samples=world.settings.num_samples,
@@ -139,7 +139,7 @@ def _see(payload: RandomPayload) -> SeenObject:
     colours = [(i / num_parts, 0.2, 0.5) for i in range(num_parts)]
     thing = AtHand(Thing((), tuple(range(num_parts))), 0)
     memory = replace(MaterialMemory().add_colours(colours, MATERIAL_PRIOR), at_hand=thing)
-    densities = memory.belief.add_object_variation(MATERIAL_PRIOR.deviation_sd)
+    densities = memory.belief.add_object_variation(MATERIAL_PRIOR.deviation)
     geometry = Geometry(payload.Phi, np.zeros((0, 10, num_parts)))
     return SeenObject(ObjectBelief(memory, densities, geometry), (), payload.low, payload.high)
 

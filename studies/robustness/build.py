@@ -83,7 +83,7 @@ def _build_settings(setting: Setting, settings: Settings) -> Settings:
         noise=noise,
         sample_period=HOLD_DURATION / _NUM_SAMPLES[structure],
         acceleration_sd=float(setting["acceleration_sd"]),
-        prior=Prior(float(setting["prior_mode"]), float(setting["prior_sd"]), float(setting["deviation_sd"])),
+        prior=Prior(float(setting["prior_mode"]), float(setting["prior_sd"]), float(setting["deviation"])),
         mpc=replace(settings.mpc, horizon=ticks * settings.control_period),
         cost_measure=CostMeasure(str(setting["cost_measure"])),
     )

@@ -69,7 +69,7 @@ def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed:
         acceleration_sd=settings.acceleration_sd,
     )
     posterior, _ = condition_on_torques(
-        prior, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation_sd
+        prior, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation
     )
     memory: MaterialMemory = posterior.memory
     return memory

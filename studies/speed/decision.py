@@ -91,7 +91,7 @@ def compare(tool: Tool, task: Reach | Hammer, held: Sequence[Tool], setup: Setup
     choice = plan_choice(list_options(tool), task, setup.settings)
     planning = time.perf_counter() - start
     _, (before, after, *_), _ = experience.hold(setup, held, 0)
-    rng, deviation = np.random.default_rng(0), setup.settings.prior.deviation_sd
+    rng, deviation = np.random.default_rng(0), setup.settings.prior.deviation
     rho = np.vstack(
         [
             memory.belief.add_object_variation(deviation).draw_samples(rng, NUM_ROLLOUTS // 2)

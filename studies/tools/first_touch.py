@@ -121,7 +121,7 @@ def predict_without_experience(
     """Computes mass and centre of mass if everything had one density, [kg/m^3]."""
     memory = MaterialMemory.from_densities({_ONE_COLOUR: density})
     alike = make_all_alike({"": features})[""]
-    belief = predict_object(alike, memory, replace(prior, deviation_sd=1e-3))
+    belief = predict_object(alike, memory, replace(prior, deviation=1e-3))
     pi = belief.compute_parameters(belief.densities.compute_mean())
     return Prediction(np.full(3, pi[0]), np.tile(pi[1:4] / pi[0], (3, 1)))
 

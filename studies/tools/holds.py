@@ -101,7 +101,7 @@ def _teach(
 ) -> MaterialMemory:
     belief = predict_object(features, memory, settings.prior)
     num_joints = _count_joints(felt, noise)
-    posterior, _ = condition_on_torques(belief, felt, num_joints, noise, settings.prior.deviation_sd)
+    posterior, _ = condition_on_torques(belief, felt, num_joints, noise, settings.prior.deviation)
     learned: MaterialMemory = posterior.memory
     return learned
 

@@ -105,8 +105,9 @@ def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
     rng = np.random.default_rng([config.seed, number, StudyStream.CALIBRATION_TRUTH])
     size = len(config.tool.components)
     mean = truncnorm(-prior.mode / prior.sd, np.inf, loc=prior.mode, scale=prior.sd).rvs(size, random_state=rng)
-    low = -mean / prior.deviation_sd
-    own = truncnorm(low, np.inf, loc=mean, scale=prior.deviation_sd).rvs(size, random_state=rng)
+    own = truncnorm(-1.0 / prior.deviation, np.inf, loc=mean, scale=prior.deviation * mean).rvs(
+        size, random_state=rng
+    )
     return mean, own
 
 
@@ -134,7 +135,7 @@ def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
         return Learned(record.memory.belief, record.p_value, bound)
     hold = get_hold(settings.arm)
     statistics = hold.measure(prediction, own, noise, (config.seed, number, 1))  # noise as drawn in a trial
-    found = compute_posterior(prediction, statistics, len(hold.tau_arm), noise, prior.deviation_sd)
+    found = compute_posterior(prediction, statistics, len(hold.tau_arm), noise, prior.deviation)
     bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, statistics.num_samples), Phi, own, noise, prior)
     return Learned(found.posterior.memory.belief, found.p_value, bound)
 
@@ -199,7 +200,7 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
     one, other = np.meshgrid(_GRID, _GRID, indexing="ij")
     predicted = hold.tau_arm[:, None, None] + H[:, :1, None] * one + H[:, 1:, None] * other
     variance = noise.threshold**2 + (noise.weber_fraction * predicted) ** 2
-    log_prior = norm.logpdf(_GRID, prior.mode, np.hypot(prior.sd, prior.deviation_sd))
+    log_prior = norm.logpdf(_GRID, prior.mode, np.hypot(prior.sd, prior.deviation * np.hypot(prior.mode, prior.sd)))
     constant = log_prior[:, None] + log_prior[None] - 0.5 * np.log(variance).sum(axis=0)
     half_step = 0.5 * (_GRID[1] - _GRID[0])
     positions = np.empty((draws, 2))

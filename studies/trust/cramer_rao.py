@@ -62,6 +62,6 @@ def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: 
     else:
         information = weights[0] * Phi.T @ felt.YtY @ Phi  # the same at every torque
     one = np.eye(len(own))
-    of_materials = np.linalg.solve(one + prior.deviation_sd**2 * information, information)
+    of_materials = np.linalg.solve(one + information * (prior.deviation * own) ** 2, information)
     bound: Array = np.diag(np.linalg.inv(of_materials + one / prior.sd**2)).copy()
     return bound

@@ -60,7 +60,7 @@ def time_materials() -> list[float]:
         belief = predict_object(features, MaterialMemory(), settings.prior)
         statistics = hold.measure(belief, np.full(number, 1000.0), settings.noise, (0,))
         calls[str(number)] = partial(
-            compute_posterior, belief, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation_sd
+            compute_posterior, belief, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation
         )
     return list(time_by_turns(calls, turns=7, calls_per_turn=3).values())
 

@@ -7,7 +7,7 @@ from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.colour import convert_to_lab
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 BRASS, STEEL, BEECH = (0.83, 0.63, 0.09), (0.49, 0.54, 0.60), (0.79, 0.56, 0.35)
 NEARLY_STEEL = (0.52, 0.54, 0.60)
 

@@ -6,7 +6,7 @@ from scipy.stats import chi2, f
 from affordance.belief.density_belief import DENSITY_FLOOR, EMPTY_BELIEF, DensityBelief, PointEstimate, Prior
 from affordance.belief.likelihood import Likelihood
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 
 
 @pytest.fixture
@@ -32,10 +32,11 @@ def test_some_of_the_densities_are_believed_as_within_all(pair):
 
 
 def test_one_object_is_less_certain_than_its_material(pair):
-    np.testing.assert_allclose(
-        pair.add_object_variation(100.0).covariance, pair.covariance + 1e4 * np.eye(2), rtol=1e-10
-    )
-    np.testing.assert_allclose(pair.add_object_variation(100.0).untruncated_mean, pair.untruncated_mean, rtol=1e-10)
+    """The variance of a product of independent variables, mu and 1 + delta, by its definition."""
+    of_objects = pair.add_object_variation(0.2)
+    squares = np.array([700.0**2 + 200.0**2, 7800.0**2 + 500.0**2])
+    np.testing.assert_allclose(of_objects.covariance, pair.covariance + np.diag(0.04 * squares), rtol=1e-10)
+    np.testing.assert_allclose(of_objects.untruncated_mean, pair.untruncated_mean, rtol=1e-10)
 
 
 def test_marginalised_deviation_agrees_with_joint_inference(rng):
@@ -43,14 +44,63 @@ def test_marginalised_deviation_agrees_with_joint_inference(rng):
     A, r, sd = rng.normal(size=(4, 2)), rng.normal(size=4), 0.7
     likelihood = Likelihood(A.T @ A / sd**2, A.T @ r / sd**2, 0.0)
     prior = DensityBelief.from_moments(np.array([1.0, 2.0]), np.diag([9.0, 16.0]))
-    deviation_sd = 0.8
-    posterior = prior.condition(likelihood.marginalise_deviation(deviation_sd))
+    posterior = prior.condition(likelihood.marginalise_deviation(0.8))
 
     joint_A = np.hstack([A, A])
-    joint_precision = np.diag([1 / 9, 1 / 16, 1 / 0.64, 1 / 0.64]) + joint_A.T @ joint_A / sd**2
+    own = (0.8 * likelihood.estimate_densities()) ** -2.0
+    joint_precision = np.diag([1 / 9, 1 / 16, *own]) + joint_A.T @ joint_A / sd**2
     joint_mean = np.linalg.solve(joint_precision, [1 / 9, 2 / 16, 0, 0] + joint_A.T @ r / sd**2)
     np.testing.assert_allclose(posterior.untruncated_mean, joint_mean[:2], rtol=1e-12)
     np.testing.assert_allclose(posterior.covariance, np.linalg.inv(joint_precision)[:2, :2], rtol=1e-12)
+
+
+def draw_data(rng, num_values, size):
+    A = rng.normal(size=(num_values, size))
+    return Likelihood(A.T @ A, A.T @ A @ rng.uniform(1.0, 9.0, size) + 0.1 * A.T @ rng.normal(size=num_values), 0.0)
+
+
+def test_densities_are_estimated_by_what_was_felt_in_any_order_and_at_any_scale(rng):
+    data = [draw_data(rng, 2, 3) for _ in range(4)]
+    once, backwards = data[0], data[-1]
+    for one, other in zip(data[1:], data[-2::-1], strict=True):
+        once, backwards = once.add(one), backwards.add(other)
+    found = once.estimate_densities()
+    np.testing.assert_allclose(backwards.estimate_densities(), found, rtol=1e-9)
+    scaled = Likelihood(once.precision / 25.0, once.information_vector / 5.0, 0.0)
+    np.testing.assert_allclose(scaled.estimate_densities(), 5.0 * found, rtol=1e-9)
+    for each in (once, scaled):  # what they teach has no scale either
+        factor = np.sqrt(once.precision[0, 0] / each.precision[0, 0])
+        np.testing.assert_allclose(
+            each.marginalise_deviation(0.3).precision * factor**2,
+            once.marginalise_deviation(0.3).precision,
+            rtol=1e-9,
+        )
+    precise = Likelihood(1e6 * once.precision, 1e6 * once.information_vector, 0.0)
+    np.testing.assert_allclose(
+        precise.estimate_densities(), np.linalg.solve(once.precision, once.information_vector), rtol=1e-5
+    )
+
+
+def test_densities_of_which_only_a_weighted_sum_was_felt_are_estimated_as_equal():
+    """A scale shows one number: two parts of 2 and 3 litres together weigh 35 kg, so both have 7 kg/l."""
+    volumes = np.array([2.0, 3.0])
+    weighed = Likelihood(np.outer(volumes, volumes) / 0.01, 35.0 * volumes / 0.01, 0.0)
+    np.testing.assert_allclose(weighed.estimate_densities(), [7.0, 7.0], rtol=1e-9)
+    of_sum = volumes @ np.linalg.pinv(weighed.marginalise_deviation(0.1).precision) @ volumes
+    assert of_sum == pytest.approx(0.01 + 0.01 * (14.0**2 + 21.0**2), rel=1e-6)
+    one = Likelihood(np.array([[0.3]]), np.array([-0.6]), 0.0)
+    assert one.estimate_densities() == pytest.approx([-2.0])
+
+
+@pytest.mark.parametrize("direction", [(0.0, 0.0), (1.0, -1.0)])
+def test_data_that_tell_of_no_common_density_teach_without_an_error(direction):
+    """Nothing was felt, or a difference of two densities alone, which says nothing of their size."""
+    direction = np.array(direction)
+    data = Likelihood(np.outer(direction, direction), 2.0 * direction, 0.0)
+    taught = data.marginalise_deviation(0.1)
+    assert np.isfinite(taught.precision).all()
+    assert np.linalg.eigvalsh(taught.precision)[0] >= -1e-12
+    assert (taught.precision.trace() == 0.0) == (not direction.any())
 
 
 def test_log_evidence_agrees_with_brute_force(rng):

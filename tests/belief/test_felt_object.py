@@ -10,16 +10,17 @@ from affordance.belief.likelihood import Likelihood
 WOOD, STEEL = (0.7, 0.5, 0.3), (0.5, 0.5, 0.5)
 
 
-@pytest.mark.parametrize("deviation_sd", [50.0, 300.0])
-def test_object_tells_of_its_materials_what_its_deviation_from_them_leaves(deviation_sd: float) -> None:
+@pytest.mark.parametrize("deviation", [0.05, 0.3])
+def test_object_tells_of_its_materials_what_its_deviation_from_them_leaves(deviation: float) -> None:
     """Errors of a measurement of own densities and deviations add up, as independent normal errors do."""
     error, felt = np.array([[120.0**2, -1.2e4], [-1.2e4, 200.0**2]]), np.array([700.0, 7800.0])
     precision = np.linalg.inv(error)
     own = Likelihood(precision, precision @ felt, 0.0)
-    found = FeltObject.of((WOOD, STEEL), own, Prior(sd=4000.0, deviation_sd=deviation_sd), ())
+    found = FeltObject.of((WOOD, STEEL), own, Prior(sd=4000.0, deviation=deviation), ())
     assert found is not None
     assert (found.colours, found.own) == ((WOOD, STEEL), own)
-    np.testing.assert_allclose(np.linalg.inv(found.shared.precision), error + deviation_sd**2 * np.eye(2), rtol=1e-9)
+    own_sds = deviation * own.estimate_densities()
+    np.testing.assert_allclose(np.linalg.inv(found.shared.precision), error + np.diag(own_sds**2), rtol=1e-9)
     np.testing.assert_allclose(np.linalg.solve(found.shared.precision, found.shared.information_vector), felt)
 
 

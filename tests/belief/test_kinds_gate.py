@@ -15,7 +15,7 @@ from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.proprioception.static_hold import StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 NEVER = np.zeros(1, dtype=np.intp)  # number of the only thing, of one observer
 
 

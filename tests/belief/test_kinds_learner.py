@@ -15,7 +15,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.objects.appearance import PartAppearance
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 RGB = {"brass": (0.8, 0.6, 0.1), "steel": (0.5, 0.5, 0.6)}
 # By name: colours, and how long.
 OBJECTS = {
@@ -53,7 +53,7 @@ def weigh_alone(density, sd=150.0):
 
 def lift(memory, name, find_likelihood):
     recollection = memory.recall(show(name), PRIOR)
-    return recollection.memory.learn(find_likelihood, PRIOR.deviation_sd).memory
+    return recollection.memory.learn(find_likelihood, PRIOR.deviation).memory
 
 
 def start(pick=Pick.MAP, kappa=KAPPA_TRIED, seed=(0,)):
@@ -205,17 +205,20 @@ def test_drawn_observers_go_every_way_as_often_as_it_is_probable():
 
 
 def test_where_nothing_is_odd_both_learners_believe_the_same(rng):
-    """Means and covariances agree to 1e-9 for errors that depend on no belief, if every lift is of a member."""
+    """Means and covariances agree to 1e-9 for errors that depend on no belief, if every lift is of a member.
+
+    The densities are below half of the prior's SD, so that kinds start with it: s is 2.
+    """
     kinds, materials = start(kappa=0.5), MaterialMemory()
     for name in ["rod", "bolt", "mace", "pick", "long rod", "mace"]:
         colours = OBJECTS[name][0]
-        rho = np.array([{"brass": 5000.0, "steel": 3000.0}[colour] for colour in colours])
+        rho = np.array([{"brass": 1500.0, "steel": 900.0}[colour] for colour in colours])
         R = rng.normal(size=(3, len(colours)))
-        V = 100.0**2 * np.eye(3)
-        find_likelihood = measure(R, R @ rho + 100.0 * rng.standard_normal(3), V)
+        V = 30.0**2 * np.eye(3)
+        find_likelihood = measure(R, R @ rho + 30.0 * rng.standard_normal(3), V)
         kinds = lift(kinds, name, find_likelihood)
         recollection = materials.recall(show(name), PRIOR)
-        materials = recollection.memory.learn(find_likelihood, 100.0).memory
+        materials = recollection.memory.learn(find_likelihood, PRIOR.deviation).memory
     assert count_kinds(kinds) == 2
     assert kinds.colours == materials.colours
     np.testing.assert_allclose(kinds.belief.untruncated_mean, materials.belief.untruncated_mean, rtol=1e-9)
@@ -260,12 +263,12 @@ def test_gate_knows_no_scale_of_densities(scale, pick, monkeypatch):
     monkeypatch.setattr("affordance.belief.kinds_gate._SETTLED", 1e-14)
     ends = []
     for factor in (1.0, scale):
-        prior = Prior(PRIOR.mode, 1e9 * factor, factor * PRIOR.deviation_sd)  # flat: the first prior says nothing
+        prior = Prior(PRIOR.mode, 1e9 * factor, PRIOR.deviation)  # flat: the first prior says nothing
         memory, probabilities = start(pick), []
         for name, density in [("rod", 5000.0), ("long rod", 8300.0), ("rod", 4800.0), ("long rod", 9000.0)] * 3:
             find_likelihood = weigh_alone(factor * density, 400.0 * factor)
             probabilities += judge_lift(memory, name, find_likelihood, prior)[1].probability.tolist()
-            memory = memory.recall(show(name), prior).memory.learn(find_likelihood, prior.deviation_sd).memory
+            memory = memory.recall(show(name), prior).memory.learn(find_likelihood, prior.deviation).memory
         ends.append((probabilities, memory.group().means.mean[0] / factor))
     for one, other in zip(*ends, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-9)
@@ -316,7 +319,7 @@ def test_colours_added_before_anything_is_felt_have_the_prior():
 
 def test_learning_without_recalling_is_an_error():
     with pytest.raises(ValueError, match="no object was recalled since the last lift"):
-        start().learn(weigh_alone(1.0), 100.0)
+        start().learn(weigh_alone(1.0), 0.1)
 
 
 @pytest.mark.parametrize("name", ["kappa", "concentration", "switching", "spread"])
@@ -340,7 +343,7 @@ def test_a_thing_of_its_own_is_recalled_as_it_was_left():
     memory = teach_family(start())
     for _ in range(3):
         recalled = memory.recall(show("hollow rod"), PRIOR)
-        lesson = recalled.memory.learn(weigh_alone(700.0), PRIOR.deviation_sd)
+        lesson = recalled.memory.learn(weigh_alone(700.0), PRIOR.deviation)
         memory = lesson.memory
     again = memory.recall(show("hollow rod"), PRIOR).densities
     np.testing.assert_allclose(again.untruncated_mean, lesson.densities.untruncated_mean, rtol=1e-12)
@@ -352,7 +355,7 @@ def test_density_of_a_thing_of_its_own_drifts_between_its_lifts():
     memory = teach_family(start())
     for _ in range(3):
         recalled = memory.recall(show("hollow rod"), PRIOR)
-        memory = recalled.memory.learn(weigh_alone(700.0), PRIOR.deviation_sd).memory
+        memory = recalled.memory.learn(weigh_alone(700.0), PRIOR.deviation).memory
     still = memory.recall(show("hollow rod"), PRIOR).densities
     rod = memory.recall(show("rod"), PRIOR).densities
     drifting = replace(memory, state={**memory.state, "own_drift": np.array([0.07])})

@@ -73,7 +73,7 @@ TOOLS = (
 
 def test_forgetting_is_a_kalman_filter():
     """Mean and variance of one colour are those of a scalar filter written by hand, for observers of other drifts."""
-    drift, prior = np.array([0.0, 100.0, 400.0]), Prior(1000.0, 4000.0, 100.0)
+    drift, prior = np.array([0.0, 100.0, 400.0]), Prior(1000.0, 4000.0, 0.05)
     learner = load_learner(FORGETTING).change(drift=tuple(drift))
     rng = np.random.default_rng(0)
     state = learner.start(rng, learner.parameters, prior, 1, 3)
@@ -83,9 +83,9 @@ def test_forgetting_is_a_kalman_filter():
         likelihood = Likelihood(1.0 / sd[:, None, None] ** 2, (felt / sd**2)[:, None], np.zeros(3))
         seen = Seen((0,), np.full(3, number % 4))
         state, densities, _ = learner.learn(state, seen, lambda *_, found=likelihood: found, rng)
-        own = variance + 100.0**2
+        own = variance + 0.05**2 * (mean**2 + variance)
         np.testing.assert_allclose(densities.mean[:, 0], mean + own / (own + sd**2) * (felt - mean), rtol=1e-9)
-        gain = variance / (variance + 100.0**2 + sd**2)
+        gain = variance / (variance + (0.05 * felt) ** 2 + sd**2)
         mean, variance = mean + gain * (felt - mean), (1.0 - gain) * variance + drift**2
         np.testing.assert_allclose(learner.believe(state).mean[:, 0], mean, rtol=1e-9)
         np.testing.assert_allclose(learner.believe(state).covariance[:, 0, 0], variance, rtol=1e-9)
@@ -154,7 +154,7 @@ def test_settings_list_parameters_with_unit_and_source():
     assert "learner.drift = 50 kg/m^3" in said
     assert "Standard deviation of the change of a mean density" in said
     kinds = answer("settings", "learner", "--learner", "kinds_map").out
-    assert "learner.kappa = 0.21" in kinds
+    assert "learner.kappa = 0.22" in kinds
 
 
 @pytest.mark.parametrize(

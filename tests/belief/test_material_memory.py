@@ -5,7 +5,7 @@ from scipy.stats import truncnorm
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 BRASS, STEEL = (0.8, 0.6, 0.1), (0.5, 0.5, 0.6)
 
 

@@ -14,7 +14,7 @@ from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.belief.memory_file import format_memory, parse_memory
 from affordance.objects.appearance import PartAppearance
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 BRASS, STEEL = (0.8, 0.6, 0.1), (0.5, 0.5, 0.6)
 HEAD = '{"learner": "density", "seed": [0], "colours": [], "things": [], "num_lifts": 0'
 
@@ -24,7 +24,7 @@ def lift(memory, colours, length, densities):
     recollection = memory.recall(parts, PRIOR)
     precision = np.eye(len(colours)) / 150.0**2
     likelihood = Likelihood(precision, precision @ np.array(densities), -0.5 * float(np.dot(densities, densities)))
-    return recollection.memory.learn(lambda belief: likelihood, PRIOR.deviation_sd).memory
+    return recollection.memory.learn(lambda belief: likelihood, PRIOR.deviation).memory
 
 
 def learn_from_an_odd_rod(memory):

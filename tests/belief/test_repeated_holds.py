@@ -9,7 +9,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.objects.appearance import PartAppearance
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 OAK, STEEL = (0.6, 0.4, 0.2), (0.5, 0.5, 0.6)
 # Objects by their colours and lengths, and how often each is held, in turns.
 OBJECTS = (((OAK,), 0.1), ((OAK, STEEL), 0.2), ((STEEL, OAK), 0.3), ((OAK,), 0.4))
@@ -33,7 +33,7 @@ def look(number):
 
 
 def hold(memory, number, likelihood):
-    return memory.recall(look(number), PRIOR).memory.learn(lambda _: likelihood, PRIOR.deviation_sd).memory
+    return memory.recall(look(number), PRIOR).memory.learn(lambda _: likelihood, PRIOR.deviation).memory
 
 
 def hold_all(memory):
@@ -42,7 +42,22 @@ def hold_all(memory):
     return memory
 
 
-def condition_jointly(deviation_sd):
+def estimate(number):
+    """Densities of an object by the sum of its own trials, near a common density where these leave them open.
+
+    By least squares: measurements of the square root of the sum, and as many of a common density.
+    """
+    trials = [draw_likelihood(trial, len(OBJECTS[number][0])) for trial, held in enumerate(HOLDS) if held == number]
+    P, q = sum(each.precision for each in trials), sum(each.information_vector for each in trials)
+    root = np.linalg.cholesky(P).T
+    seen, ones = np.linalg.solve(root.T, q), np.ones((len(q), 1))
+    common = np.linalg.lstsq(root @ ones, seen)[0].item()
+    rms = np.hypot(common, np.linalg.norm(root @ ones) ** -1.0)
+    rows, values = np.vstack([root, np.eye(len(q)) / rms]), [*seen, *np.full(len(q), common / rms)]
+    return np.linalg.lstsq(rows, np.array(values))[0]
+
+
+def condition_jointly(deviation):
     """Mean and covariance of both materials by brute force, from one normal distribution with all own densities."""
     colours = (OAK, STEEL)
     places = [(number, colour) for number, (shown, _) in enumerate(OBJECTS) for colour in shown]
@@ -53,7 +68,9 @@ def condition_jointly(deviation_sd):
         k = colours.index(colour)
         covariance[i, :2] = covariance[:2, i] = covariance[k, :2]
         for j, (_, other) in enumerate(places, 2):
-            covariance[i, j] = covariance[k, colours.index(other)] + (deviation_sd**2 if i == j else 0.0)
+            covariance[i, j] = covariance[k, colours.index(other)]
+        place = OBJECTS[places[i - 2][0]][0].index(places[i - 2][1])
+        covariance[i, i] += (deviation * estimate(places[i - 2][0])[place]) ** 2
     precision = np.linalg.inv(covariance)
     shift = precision @ np.full(size, PRIOR.mode)
     for trial, number in enumerate(HOLDS):
@@ -67,7 +84,7 @@ def condition_jointly(deviation_sd):
 
 def test_belief_about_materials_is_that_of_all_own_densities_at_once():
     memory = hold_all(MaterialMemory())
-    mean, covariance = condition_jointly(PRIOR.deviation_sd)
+    mean, covariance = condition_jointly(PRIOR.deviation)
     assert memory.colours == (OAK, STEEL)
     np.testing.assert_allclose(memory.belief.untruncated_mean, mean, rtol=1e-9)
     np.testing.assert_allclose(memory.belief.covariance, covariance, rtol=1e-8)
@@ -89,7 +106,7 @@ def test_many_holds_of_one_object_tell_no_more_of_its_material_than_its_deviatio
     for _ in range(10):
         memory = hold(memory, 0, weigh(850.0))
     density = memory.belief
-    variance = 1.0 / (PRIOR.sd**-2 + 1.0 / (PRIOR.deviation_sd**2 + 0.1))
+    variance = 1.0 / (PRIOR.sd**-2 + 1.0 / ((PRIOR.deviation * 850.0) ** 2 + 0.1))
     assert density.covariance[0, 0] == pytest.approx(variance, rel=1e-9)
 
 
@@ -108,16 +125,16 @@ def test_object_of_another_kind_begins_anew():
 
 def test_what_a_hold_adds_is_the_difference_of_the_marginals():
     one, other = draw_likelihood(1, 2), draw_likelihood(2, 2)
-    both, first = one.add(other).marginalise_deviation(100.0), one.marginalise_deviation(100.0)
-    added = other.marginalise_deviation(100.0, one)
+    both, first = one.add(other).marginalise_deviation(0.1), one.marginalise_deviation(0.1)
+    added = other.marginalise_deviation(0.1, one)
     np.testing.assert_allclose(added.precision, both.precision - first.precision, rtol=1e-6, atol=1e-14)
     np.testing.assert_allclose(
         added.information_vector, both.information_vector - first.information_vector, rtol=1e-6
     )
     nothing = Likelihood(np.zeros((2, 2)), np.zeros(2), np.nan)
     np.testing.assert_allclose(
-        other.marginalise_deviation(100.0, nothing).precision,
-        other.marginalise_deviation(100.0).precision,
+        other.marginalise_deviation(0.1, nothing).precision,
+        other.marginalise_deviation(0.1).precision,
         rtol=1e-12,
     )
-    np.testing.assert_array_equal(other.marginalise_deviation(0.0, one).precision, other.precision)
+    np.testing.assert_allclose(other.marginalise_deviation(0.0, one).precision, other.precision, rtol=1e-12)

@@ -47,7 +47,7 @@ def test_mass_of_one_material_is_its_density_times_the_volume():
 def test_known_materials_leave_the_scatter_of_objects_and_of_drawings():
     parts = STICK.components
     memory = MaterialMemory.from_densities({part.looks_like: part.material.density for part in parts})
-    settings = dataclasses.replace(DEFAULT_SETTINGS, prior=Prior(deviation_sd=0.0))
+    settings = dataclasses.replace(DEFAULT_SETTINGS, prior=Prior(deviation=0.0))
     known = expect(STICK, memory, settings, look(STICK)).whole
     np.testing.assert_allclose([each.mean for each in known.com], STICK.p_TTcm, atol=1e-6)
     assert known.mass.mean == pytest.approx(STICK.mass, rel=1e-4)

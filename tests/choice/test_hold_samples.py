@@ -18,8 +18,8 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_drawing
 from affordance.vision.features import VisionError
 
-SD = 150.0
-SETTINGS = replace(DEFAULT_SETTINGS, prior=replace(DEFAULT_SETTINGS.prior, deviation_sd=SD))
+DEVIATION = 0.05
+SETTINGS = replace(DEFAULT_SETTINGS, prior=replace(DEFAULT_SETTINGS.prior, deviation=DEVIATION))
 BRASS = (0.8, 0.6, 0.1)
 PARTS = {"stick": measure_drawing(STICK)}  # of wood, then of steel
 # Means of both materials before anything was felt, and what was felt of the stick's own densities: they err together.
@@ -30,7 +30,7 @@ FELT, ERROR = np.array([2300.0, 5500.0]), np.array([[120.0**2, -1.2e4], [-1.2e4,
 def condition():
     """Mean and covariance of the materials' means and the stick's own densities, (4,) and (4, 4), by Bayes' rule."""
     mean, joint = np.tile(MEAN, 2), np.tile(COVARIANCE, (2, 2))
-    joint[2:, 2:] += SD**2 * np.eye(2)
+    joint[2:, 2:] += np.diag(DEVIATION * feel((WOOD, STEEL)).own.estimate_densities()) ** 2
     gain = joint[:, 2:] @ np.linalg.inv(joint[2:, 2:] + ERROR)
     return mean + gain @ (FELT - MEAN), joint - gain @ joint[2:]
 
@@ -44,7 +44,7 @@ def feel(colours):
     return FeltObject(tuple(colours), own, own)
 
 
-def sample(felt, monkeypatch, *, mean=None, covariance=None, parts=PARTS, count=40_000):
+def sample(felt, monkeypatch, *, mean=None, covariance=None, parts=PARTS, count=40_000, settings=SETTINGS):
     """Samples without any doubt about odd objects."""
     monkeypatch.setattr(HoldSamples, "_suspect_objects", lambda _: [])
     known, spread = condition()
@@ -52,7 +52,7 @@ def sample(felt, monkeypatch, *, mean=None, covariance=None, parts=PARTS, count=
         known[:2] if mean is None else np.array(mean), spread[:2, :2] if covariance is None else covariance
     )
     memory = MaterialMemory.from_belief((WOOD, STEEL), belief)
-    return HoldSamples(memory, parts, felt, SETTINGS, np.random.default_rng(0)).draw(count)
+    return HoldSamples(memory, parts, felt, settings, np.random.default_rng(0)).draw(count)
 
 
 @pytest.mark.parametrize("colours", [(WOOD, STEEL), (STEEL, WOOD)])
@@ -72,8 +72,9 @@ def test_own_densities_of_an_object_that_was_never_felt_scatter_about_its_materi
     samples = sample({}, monkeypatch, parts={"stick": PARTS["stick"], "other": PARTS["stick"]})
     deviations = [samples.draw_own(name) - samples.mu for name in ("stick", "other")]
     found = np.cov(np.hstack([samples.mu, *deviations]).T)
-    expected = SD**2 * np.eye(6)
-    expected[:2, :2] = condition()[1][:2, :2]
+    mean, covariance = condition()
+    expected = np.diag(np.tile(DEVIATION**2 * (mean[:2] ** 2 + np.diag(covariance)[:2]), 3))
+    expected[:2, :2] = covariance[:2, :2]
     sds = np.sqrt(np.diag(expected))
     np.testing.assert_allclose((found - expected) / np.outer(sds, sds), 0.0, atol=0.03)
 
@@ -91,17 +92,19 @@ def test_own_densities_of_an_object_that_was_never_felt_scatter_about_its_materi
 def test_object_of_the_same_name_with_other_colours_is_another(colours, parts, is_known, monkeypatch):
     parts = {"stick": [PARTS["stick"][i] for i in parts]}
     samples = sample({"stick": feel(colours)}, monkeypatch, parts=parts, count=2000)
-    assert bool(samples.draw_own("stick")[:, 0].std() < SD) == is_known  # about 120 kg/m^3, or SD and more
+    unknown_sd = np.sqrt(condition()[1][0, 0] + (DEVIATION * condition()[0][0]) ** 2)
+    assert bool(samples.draw_own("stick")[:, 0].std() < 0.8 * unknown_sd) == is_known
     suspicion = Suspicion("another", (0,), samples._belief, 0.0)
     assert samples.list_checks(suspicion) == ([] if is_known else ["stick"])
 
 
 def test_densities_are_positive_and_the_same_at_every_call(monkeypatch):
-    samples = sample({}, monkeypatch, mean=[100.0, 6000.0], covariance=np.diag([10.0**2, 500.0**2]))
+    prior = replace(SETTINGS.prior, deviation=1.0)
+    known = {"mean": [100.0, 6000.0], "covariance": np.diag([10.0**2, 500.0**2])}
+    samples = sample({}, monkeypatch, **known, settings=replace(SETTINGS, prior=prior))
     own = samples.draw_own("stick")
     assert own.min() == 0.0
-    # P(100 + 10 a + 150 b < 0)
-    assert (own[:, 0] == 0.0).mean() == pytest.approx(0.253, abs=0.01)
+    assert (own[:, 0] == 0.0).mean() == pytest.approx(norm.cdf(-1.0), abs=0.01)  # P(1 + a < 0)
     assert samples.draw_own("stick") is own
     assert samples.draw_errors("stick") is samples.draw_errors("stick")
     assert not np.array_equal(samples.draw(len(own)).draw_own("stick"), own)
@@ -134,13 +137,14 @@ def test_geometry_in_a_grip_is_that_of_the_body_moved_there(monkeypatch):
 
 
 # Two planks of which each is felt to 1 kg/m^3, so far apart that one of them may be odd; a prior far from zero.
-PLANKS, LIKELY = {"light": 6000.0, "dense": 13000.0}, Prior(mode=9000.0, sd=1000.0, deviation_sd=1500.0)
+PLANKS, LIKELY = {"light": 6000.0, "dense": 13000.0}, Prior(mode=9000.0, sd=1000.0, deviation=0.15)
 
 
 def believe(*densities):
-    """Mean and variance of wood after exactly felt planks, from the prior: each errs by the deviation."""
-    precision = 1.0 / LIKELY.sd**2 + len(densities) / LIKELY.deviation_sd**2
-    return (LIKELY.mode / LIKELY.sd**2 + sum(densities) / LIKELY.deviation_sd**2) / precision, 1.0 / precision
+    """Mean and variance of wood after exactly felt planks, from the prior: each errs by a fraction of its density."""
+    weights = [(LIKELY.deviation * each) ** -2.0 for each in densities]
+    precision = 1.0 / LIKELY.sd**2 + sum(weights)
+    return (LIKELY.mode / LIKELY.sd**2 + np.dot(weights, densities)) / precision, 1.0 / precision
 
 
 def suspect():
@@ -148,7 +152,7 @@ def suspect():
     felt = {}
     for name, density in PLANKS.items():
         own = Likelihood(np.eye(1), np.array([density]), 0.0)
-        shared = np.eye(1) / LIKELY.deviation_sd**2
+        shared = np.eye(1) / (LIKELY.deviation * density) ** 2
         felt[name] = FeltObject((WOOD,), own, own._replace(precision=shared, information_vector=shared[0] * density))
     mean, variance = believe(*PLANKS.values())
     memory = MaterialMemory.from_belief((WOOD,), DensityBelief.from_moments(np.array([mean]), np.array([[variance]])))
@@ -162,8 +166,9 @@ def weigh():
     odds = []
     for odd, other in (PLANKS.values(), reversed(PLANKS.values())):
         mean, variance = believe(other)
-        strange = norm.pdf(odd, LIKELY.mode, np.hypot(LIKELY.sd, LIKELY.deviation_sd))
-        odds.append(ODD / (1.0 - ODD) * strange / norm.pdf(odd, mean, np.sqrt(variance + LIKELY.deviation_sd**2)))
+        scatter = LIKELY.deviation * odd
+        strange = norm.pdf(odd, LIKELY.mode, np.hypot(LIKELY.sd, scatter))
+        odds.append(ODD / (1.0 - ODD) * strange / norm.pdf(odd, mean, np.hypot(np.sqrt(variance), scatter)))
     return odds
 
 

@@ -51,7 +51,9 @@ def test_samples_are_those_of_the_belief(choice):
     memory = believe(2000.0, 6000.0, 300.0)
     pi = choice.draw_parameters(memory, np.random.default_rng(0), 40_000)
     volume = STICK.components[0].shape.volume
-    sd = volume * np.sqrt(2 * (300.0**2 + DEFAULT_SETTINGS.prior.deviation_sd**2))
+    deviation = DEFAULT_SETTINGS.prior.deviation
+    squares = 2000.0**2 + 6000.0**2 + 2 * 300.0**2
+    sd = volume * np.sqrt(2 * 300.0**2 + deviation**2 * squares)
     masses = pi[0, :, 0]
     assert masses.mean() == pytest.approx(volume * 8000.0, abs=5 * sd / np.sqrt(40_000))
     assert masses.std() == pytest.approx(sd, rel=0.02)
@@ -64,7 +66,8 @@ def test_different_objects_of_one_material_differ_by_their_own_deviations():
     options = [list_options(dataclasses.replace(STICK, name=name, grips=()))[0] for name in ("one", "other")]
     choice = plan_choice(options, REACH)
     pi = choice.draw_parameters(believe(2000.0, 6000.0, 300.0), np.random.default_rng(0), 40_000)
-    s = DEFAULT_SETTINGS.prior.deviation_sd
+    deviation = DEFAULT_SETTINGS.prior.deviation
+    s = deviation * np.sqrt(0.5 * (2000.0**2 + 6000.0**2) + 300.0**2)  # root mean square of both halves
     correlation = np.corrcoef(pi[:, :, 0])[0, 1]
     assert correlation == pytest.approx(300.0**2 / (300.0**2 + s**2), abs=0.01)
 

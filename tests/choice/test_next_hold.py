@@ -47,7 +47,7 @@ def advise(question, candidates, memory=None, **more):
 def feel_density(tool, density, sd=20.0):
     """Returns what holding an object of one material told: its own density with a standard deviation."""
     own = Likelihood(np.eye(1) / sd**2, np.array([density]) / sd**2, 0.0)
-    return FeltObject((tool.components[0].looks_like.colour,), own, own.marginalise_deviation(PRIOR.deviation_sd))
+    return FeltObject((tool.components[0].looks_like.colour,), own, own.marginalise_deviation(PRIOR.deviation))
 
 
 def remember(felt):
@@ -81,7 +81,7 @@ def price_by_brute_force(choice, candidate, num_outcomes, rng):
         belief = predict_object(parts, memory, PRIOR)
         own = belief.densities.draw_samples(rng, 1)[0]
         felt = static.measure(belief, own, noise, (5, number))
-        posterior, _ = condition_on_torques(belief, felt, len(static.tau_arm), noise, PRIOR.deviation_sd)
+        posterior, _ = condition_on_torques(belief, felt, len(static.tau_arm), noise, PRIOR.deviation)
         after = find_costs(posterior.memory, 500)
         fell.append(before.min() - after.min())
     fell = np.array(fell)
@@ -129,11 +129,11 @@ def test_a_thing_of_another_kind_tells_nothing_about_its_colour(question):
             parts = [p.appearance._replace(sizes=(0.1 * length, 0.06, 0.04)) for p in measure_drawing(tool)]
             recollection = memory.recall(parts, PRIOR)
             likelihood = Likelihood(np.eye(1) / 20.0**2, np.array([density]) / 20.0**2, 0.0, 0.0, 1)
-            memory = recollection.memory.learn(lambda _, found=likelihood: found, PRIOR.deviation_sd).memory
+            memory = recollection.memory.learn(lambda _, found=likelihood: found, PRIOR.deviation).memory
     decoy = [part.appearance for part in measure_drawing(STEEL)]
     recollection = memory.recall(decoy, PRIOR)
     likelihood = Likelihood(np.eye(1) / 20.0**2, np.array([1500.0]) / 20.0**2, 0.0, 0.0, 1)
-    memory = recollection.memory.learn(lambda _: likelihood, PRIOR.deviation_sd).memory
+    memory = recollection.memory.learn(lambda _: likelihood, PRIOR.deviation).memory
     assert memory.state["is_kind"].sum() == 3  # the decoy is of a kind of its own
     advice = advise(question, [STEEL], memory)
     assert advice.ranked[0].worth < 0.01
@@ -238,10 +238,11 @@ def test_evidence_for_an_odd_object_is_that_of_bayes_rule():
     parts = {name: measure_drawing(OAK) for name in felt}
     samples = HoldSamples(remember(felt.values()), parts, felt, DEFAULT_SETTINGS, np.random.default_rng(0))
     for suspicion, odd, other in zip(samples.suspicions, (600.0, 1400.0), (1400.0, 600.0), strict=True):
-        sd, deviation = PRIOR.sd, PRIOR.deviation_sd
+        sd, deviation = PRIOR.sd, PRIOR.deviation * other
         gain = sd**2 / (sd**2 + deviation**2)
         mean, variance = PRIOR.mode + gain * (other - PRIOR.mode), (1.0 - gain) * sd**2
-        strange = norm.pdf(odd, PRIOR.mode, np.hypot(sd, deviation))
-        expected = norm.pdf(odd, mean, np.sqrt(variance + deviation**2))
+        scatter = PRIOR.deviation * odd
+        strange = norm.pdf(odd, PRIOR.mode, np.hypot(sd, scatter))
+        expected = norm.pdf(odd, mean, np.hypot(np.sqrt(variance), scatter))
         assert suspicion.weight == pytest.approx(ODD / (1.0 - ODD) * strange / expected, rel=1e-3)
         assert suspicion.belief.untruncated_mean == pytest.approx([mean])

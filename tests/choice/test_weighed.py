@@ -9,7 +9,7 @@ from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.listed_options import list_options
 from affordance.choice.options import Option, add_weighings
-from affordance.choice.weighed import WeighedObject, condition_on_weighings
+from affordance.choice.weighed import WeighedObject, compute_likelihood, condition_on_weighings
 from affordance.choice.weighed_holds import learn_weighings
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
@@ -54,7 +54,10 @@ def test_densities_are_those_of_samples_weighted_by_the_weighings(weighings: tup
     joint, surprises = condition_on_weighings(BELIEF, objects, PRIOR)
     assert not surprises
     rng = np.random.default_rng(1)
-    before = BELIEF.add_object_variation(PRIOR.deviation_sd, 2)
+    own = compute_likelihood(objects["weighed"], BELIEF.untruncated_mean)
+    learned = BELIEF.condition(own.marginalise_deviation(PRIOR.deviation))
+    other = np.sqrt(learned.untruncated_mean**2 + np.diag(learned.covariance))
+    before = BELIEF.add_object_variation(PRIOR.deviation, 2, np.append(own.estimate_densities(), other))
     samples = rng.multivariate_normal(before.untruncated_mean, before.covariance, 400_000)
     volumes = [part.shape.volume for part in make("weighed").components]
     log_weights = np.zeros(len(samples))
@@ -109,7 +112,7 @@ def test_learning_from_weighings_gives_the_materials_of_the_joint_belief() -> No
     tools = [make("one", Weighing((), 1.2, 0.02)), make("two", Weighing((0,), 1.6, 0.02), size=0.036), make("three")]
     memory, felt = learn_weighings(MEMORY, {tool.name: option_of(tool) for tool in tools}, PRIOR, {})
     joint, _ = condition_on_weighings(BELIEF, {tool.name: weigh(tool) for tool in tools}, PRIOR)
-    third = memory.belief.add_object_variation(PRIOR.deviation_sd)
+    third = memory.belief.add_object_variation(PRIOR.deviation)
     np.testing.assert_allclose(third.untruncated_mean, joint.untruncated_mean[4:], rtol=1e-6)
     np.testing.assert_allclose(third.covariance, joint.covariance[4:, 4:], rtol=1e-6)
     assert set(felt) == {"one", "two"}

@@ -46,8 +46,8 @@ def test_show_prints_and_draws_materials_and_things(memory, tmp_path):
     for thing, mass in ((bar, 0.6), (rod, 7.8), (hammer, 0.65 + 7.7)):
         assert abs(thing["mass"] - mass) < 3.0 * thing["mass_sd"]
         assert thing["trials"] == 3
-    # A thing held three times is better known than its material, whose pieces differ by 100 kg/m^3.
-    assert bar["mass_sd"] < 0.08 < (wood["interval90"][1] - wood["interval90"][0]) / 3.29 * 1e-3
+    # A litre held three times is better known than its material, whose pieces differ by 0.06 of 640 kg/m^3.
+    assert bar["mass_sd"] < 0.06 * 0.64 < (wood["interval90"][1] - wood["interval90"][0]) / 3.29 * 1e-3
 
 
 def test_an_empty_memory_says_so(tmp_path):

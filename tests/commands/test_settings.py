@@ -20,7 +20,7 @@ def test_some_are_listed_by_name_with_what_was_set():
     assert [line for line in lines if not line.startswith(" ")] == [
         "prior.mode = 1000 kg/m^3",
         "prior.sd = 8000 kg/m^3",
-        "prior.deviation_sd = 100 kg/m^3",
+        "prior.deviation = 0.06",
     ]
     assert any("Source: --set." in line for line in lines)
 
@@ -46,7 +46,7 @@ def test_unknown_group_is_refused_with_the_nearest():
 
 def test_settings_as_json_have_value_unit_and_source():
     content = answer("settings", "prior", "--set", "prior.sd=8000", "--json").content
-    assert list(content) == ["prior.mode", "prior.sd", "prior.deviation_sd"]
+    assert list(content) == ["prior.mode", "prior.sd", "prior.deviation"]
     assert content["prior.sd"] | {"meaning": ""} == {
         "value": 8000,
         "unit": "kg/m^3",

@@ -101,7 +101,7 @@ def test_every_trial_of_every_observer_of_every_seed_has_an_error_of_its_own(tmp
     noise = WeberNoise(weber_fraction=0.0, threshold=1e-3)
     felt = []
     for seed in (0, 1):
-        exact = dataclasses.replace(DEFAULT_SETTINGS.prior, deviation_sd=0.0)
+        exact = dataclasses.replace(DEFAULT_SETTINGS.prior, deviation=0.0)
         setup = Setup(observers=2, seed=seed, out=tmp_path).change(noise=noise, prior=exact)
         gained = gain_experience(setup, (rod,))
         for observer in range(2):

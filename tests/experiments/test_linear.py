@@ -5,8 +5,11 @@ import pandas as pd
 import pytest
 from helpers.results_files import read_section
 
+from affordance.belief.learners import DENSITY, KINDS_DRAWN, KINDS_MAP
+from affordance.belief.prior import Prior
 from affordance.experiments import linear, linear_plus, linear_plus_plus
 from affordance.experiments.holds import compute_volume
+from affordance.experiments.lifts import cylinder, lift
 from affordance.experiments.observers import Setup
 from affordance.experiments.people import Published
 
@@ -90,3 +93,24 @@ def test_what_the_paper_says_of_both_groups_is_seen(get_shipped):
     )
     assert by_density[1] < by_kinds[1]
     assert by_kinds[0] < by_kinds[1]
+
+
+@pytest.mark.parametrize("learner", [KINDS_MAP, KINDS_DRAWN, DENSITY], ids=lambda learner: learner.name)
+@pytest.mark.parametrize("factor", [0.2, 5.0])
+def test_objects_of_the_same_weights_are_lifted_alike_whatever_their_volumes(learner, factor):
+    """Forces of the same observers agree lift by lift, if the prior of what was never felt is as dense."""
+    tools, forces = linear.read("linear_plus_plus", Setup()), []
+    for volume in (1.0, factor):
+        prior = Prior(mode=1000.0 / volume, sd=4000.0 / volume)
+        scaled = [scale_volume(tool, volume) for tool in tools]
+        found = lift(Setup(seed=1).change(learner=learner, prior=prior), scaled, linear.design, range(4))
+        forces.append([observer["force"].to_numpy() for observer in found])
+    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-7)
+    assert (np.ptp(forces[0], axis=0) > 0.01).all()  # observers differ
+
+
+def scale_volume(tool, factor):
+    """Makes a cylinder of the same mass that is larger by a factor of its volume."""
+    ((radius, height),) = (part.shape.sizes for part in tool.components)
+    size = factor ** (1.0 / 3.0)
+    return cylinder(tool.name, radius=radius * size, height=height * size, mass=tool.mass)

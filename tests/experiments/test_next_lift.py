@@ -70,7 +70,7 @@ def feel(parts, memory, densities):
     settings = DEFAULT_SETTINGS
     belief = predict_object(parts, memory, settings.prior)
     statistics = StaticHold(load_arm()).measure(belief, np.array(densities), settings.noise, (3,))
-    posterior, _ = condition_on_torques(belief, statistics, 7, settings.noise, settings.prior.deviation_sd)
+    posterior, _ = condition_on_torques(belief, statistics, 7, settings.noise, settings.prior.deviation)
     return posterior.memory
 
 

@@ -13,7 +13,7 @@ from numpy.polynomial.hermite_e import hermegauss
 from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
-MODE, SD, DEVIATION_SD, SPREAD = 1000.0, 4000.0, 100.0, 2.0
+MODE, SD, DEVIATION, SPREAD = 1000.0, 4000.0, 0.06, 2.0
 
 
 class BruteLift(NamedTuple):
@@ -46,10 +46,27 @@ def believe_kinds(lifts, names, priors):
                 for row, one in zip(same, lifts, strict=True)
             ]
         )
-        noise = block_diag(*(lift.V for lift in lifts)) + DEVIATION_SD**2 * R @ shared @ R.T
+        scatter = np.diag(DEVIATION * np.concatenate([estimate_own(lifts, runs, run) for run in runs]))
+        noise = block_diag(*(lift.V for lift in lifts)) + R @ scatter @ shared @ scatter @ R.T
         gain = covariance @ H.T @ np.linalg.inv(H @ covariance @ H.T + noise)
         mean, covariance = mean + gain @ (y - H @ mean), covariance - gain @ H @ covariance
     return mean[: len(names)], covariance[: len(names), : len(names)]
+
+
+def estimate_own(lifts, runs, run):
+    """Densities of an object by the lifts of a run alone, nearly as common to all its colours where these allow it.
+
+    Least squares of what was measured, in which each density is a further measurement of the common density that
+    fits best, with an SD of the root mean square of that.
+    """
+    mine = [lift for lift, each in zip(lifts, runs, strict=True) if each == run]
+    weights = [np.linalg.cholesky(np.linalg.inv(lift.V)).T for lift in mine]
+    A = np.vstack([weight @ lift.R for weight, lift in zip(weights, mine, strict=True)])
+    y = np.concatenate([weight @ lift.y for weight, lift in zip(weights, mine, strict=True)])
+    alike, m = A.sum(axis=1), A.shape[1]
+    common, variance = alike @ y / (alike @ alike), 1.0 / (alike @ alike)
+    rms = np.sqrt(common**2 + variance)
+    return np.linalg.lstsq(np.vstack([A, np.eye(m) / rms]), np.append(y, np.full(m, common / rms)))[0]
 
 
 def list_runs(lifts):
@@ -99,7 +116,7 @@ def believe_own(lifts, name, born, kappa, priors):
                 name,
                 kappa,
                 own,
-                breadth={kind: 0.0 for kind in founded if priors[kind] != (MODE, SD)},
+                breadth=dict.fromkeys(founded, 0.0),
             )
             mean, covariance = condition(*belief, lift.R, lift.y, lift.V)
             columns, kinds, colours = list(range(len(lift.kinds))), lift.kinds, lift.colours
@@ -200,9 +217,11 @@ def judge(lifts, name, colours, R, y, V, born, priors, *, kappa, alpha=1.0, c=1.
                 break
         mean, covariance = belief
         logs[kinds] = np.log(prior) + multivariate_normal.logpdf(y, R @ mean, R @ covariance @ R.T + V)
-        starts[kinds] = {column: new[kind] for column, kind in enumerate(named) if kind in new}
-        for column, kind in further.items():
-            starts[kinds][column] = (new[kind][0], SPREAD * max(new[kind][0], after[column]))
+        starts[kinds] = {
+            column: (new[kind][0], max(SPREAD * max(new[kind][0], after[column]), 0.0 if column in further else SD))
+            for column, kind in enumerate(named)
+            if kind in new
+        }
     top = max(logs.values())
     weights = {kinds: np.exp(log - top) for kinds, log in logs.items()}
     return {kinds: weight / sum(weights.values()) for kinds, weight in weights.items()}, starts

@@ -50,9 +50,9 @@ def run_lives(*, repeats: int = 2, mixed_up: bool = False) -> dict[str, Any]:
         if mixed_up:
             draw = lives.draw_truth
 
-            def draw_other(tool: Any, deviation_sd: float, rng: np.random.Generator) -> Array:
+            def draw_other(tool: Any, deviation: float, rng: np.random.Generator) -> Array:
                 heavier = {"bar of oak": 12.0, "rod of cast steel": 0.08}.get(tool.name, 1.0)
-                return heavier * draw(tool, deviation_sd, rng)
+                return heavier * draw(tool, deviation, rng)
 
             patch.setattr(lives, "draw_truth", draw_other)
         lived = [study.run_life(CONFIG, repeat) for repeat in range(repeats)]

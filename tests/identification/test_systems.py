@@ -18,7 +18,7 @@ from affordance.identification.settings import DEFAULT_SETTINGS
 from affordance.identification.systems import PayloadIdentifier, build_replay
 from affordance.objects.load import load_tools
 
-_PRIOR = Prior(1000.0, 4000.0, 100.0)
+_PRIOR = Prior(1000.0, 4000.0, 0.06)
 _TRUTH = Truth(friction=(0.3, 0.2, 0.1), noise_sd=0.05)
 
 

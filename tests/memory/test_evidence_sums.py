@@ -12,13 +12,27 @@ from affordance.objects.appearance import PartAppearance
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 
 # Hardly restricted, so that the reference need not restrict it.
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 
 
 def _infer_all(objects):
-    """Infers the means of wood and steel from all unknowns at once: two means, and each object's deviations."""
+    """Infers the means of wood and steel from all unknowns at once: two means, and each object's deviations.
+
+    An object's deviations are relative to the densities that fit its own trials, and hardly a common density, best.
+    """
     unknowns = 2 + sum(len(of) for of, _ in objects)
-    precision = np.diag([PRIOR.sd**-2.0] * 2 + [PRIOR.deviation_sd**-2.0] * (unknowns - 2))
+    sds = []
+    for materials, trials in objects:
+        A = get_regressor() @ build_geometry(len(materials)).Phi / PLAIN.threshold
+        rows = np.vstack([A] * len(trials))
+        torques = np.concatenate([each.features[:7] - TAU_ARM for each in trials]) / PLAIN.threshold
+        alike = rows.sum(axis=1)
+        common = alike @ torques / (alike @ alike)
+        rms = np.sqrt(common**2 + 1.0 / (alike @ alike))
+        rows = np.vstack([rows, np.eye(len(materials)) / rms])
+        torques = np.append(torques, np.full(len(materials), common / rms))
+        sds += list(PRIOR.deviation * np.linalg.lstsq(rows, torques)[0])
+    precision = np.diag([PRIOR.sd**-2.0] * 2 + [sd**-2.0 for sd in sds])
     information = np.zeros(unknowns)
     information[:2] = PRIOR.mode / PRIOR.sd**2
     begin = 2
@@ -46,16 +60,18 @@ def test_sums_are_inference_from_all_unknowns_at_once():
 
 @pytest.mark.parametrize("model", [PLAIN, WeberNoise(), WhiteNoise(sd=0.3)])
 def test_repeated_holds_tell_little_more_about_a_material(model):
-    sds = []
+    noise = []  # variance that noise gives the object's own density: without the prior and the deviation
     for count in (1, 16, 256):
         trials = [hold("bar", (WOOD,), (600.0,), seed, model=model) for seed in range(count)]
-        sds.append(float(np.sqrt(sum_trials(trials, PRIOR).build_belief().covariance[0, 0])))
-    # The variance that noise gives the object's own density: without the prior and the deviation.
-    noise = 1.0 / (np.array(sds) ** -2 - PRIOR.sd**-2) - PRIOR.deviation_sd**2
+        sums = sum_trials(trials, PRIOR)
+        (own,) = sums.things["bar"].evidence.compute_own_likelihood(PRIOR).estimate_densities()
+        variance = sums.build_belief().covariance[0, 0]
+        noise.append(1.0 / (1.0 / variance - PRIOR.sd**-2) - (PRIOR.deviation * own) ** 2)
     assert noise[0] / noise[1] == pytest.approx(16.0, rel=0.3)
     assert noise[1] / noise[2] == pytest.approx(16.0, rel=0.3)
     others = [hold(f"bar {i}", (WOOD,), (600.0,), i, model=model) for i in range(256)]
-    assert np.sqrt(sum_trials(others, PRIOR).build_belief().covariance[0, 0]) < 0.3 * PRIOR.deviation_sd
+    of_many = np.sqrt(sum_trials(others, PRIOR).build_belief().covariance[0, 0])
+    assert of_many == pytest.approx(np.sqrt((noise[0] + (PRIOR.deviation * 600.0) ** 2) / 256.0), rel=0.1)
 
 
 def test_a_size_that_is_seen_wrongly_does_not_average_out():
@@ -72,7 +88,7 @@ def test_beliefs_after_repeated_holds_are_as_wide_as_their_errors():
     for count in (1, 8):
         errors = []
         for observer in range(150):
-            rho = 2000.0 + PRIOR.deviation_sd * rng.standard_normal()
+            rho = 2000.0 * (1.0 + PRIOR.deviation * rng.standard_normal())
             seeds = range(8 * observer, 8 * observer + count)
             trials = [hold("bar", (WOOD,), (rho,), seed, model=WeberNoise()) for seed in seeds]
             belief = sum_trials(trials, PRIOR).build_belief()

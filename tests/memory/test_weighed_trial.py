@@ -34,8 +34,8 @@ def test_memory_learns_what_bayes_rule_says_of_masses(tmp_path: Path) -> None:
     prior = Prior()
     # The whole and the part are two things, each with a deviation of its own from the means.
     variances = [
-        0.02**2 + prior.deviation_sd**2 * (handle**2 + head**2),
-        0.0028**2 + (prior.deviation_sd * handle) ** 2,
+        0.02**2 + prior.deviation**2 * (handle**2 + head**2),
+        0.0028**2 + (prior.deviation * handle) ** 2,
     ]
     volumes = np.array([[handle, head], [handle, 0.0]])
     precision = np.eye(2) / prior.sd**2 + volumes.T @ np.diag(1.0 / np.array(variances)) @ volumes

@@ -5,18 +5,19 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm, truncnorm
 
 from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 FIXED = WeberNoise(weber_fraction=0.0, threshold=0.3)  # a percept of errors that do not depend on torque
 FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
-def learn(belief, statistics, noise, num_joints=7, deviation_sd=PRIOR.deviation_sd):
-    return compute_posterior(belief, statistics, num_joints, noise, deviation_sd)
+def learn(belief, statistics, noise, num_joints=7, deviation=PRIOR.deviation):
+    return compute_posterior(belief, statistics, num_joints, noise, deviation)
 
 
 def test_recursive_estimator_equals_the_batch_posterior_over_samples(chain, arm, rng):
@@ -61,22 +62,24 @@ def test_recursive_estimator_equals_the_batch_posterior_over_trials(hold, rng):
         A = hold.Y @ belief.geometry.Phi
         rows.append(np.hstack([A, A]) / FIXED.threshold)
         targets.append((statistics.features[:7] - hold.tau_arm) / FIXED.threshold)
-    prior_sd = np.array([PRIOR.sd] * 2 + [PRIOR.deviation_sd] * 2)
-    prior_mean = np.array([PRIOR.mode] * 2 + [0.0] * 2)
     stacked = np.vstack(rows)
+    # The object's own densities scatter in proportion to what its own trials tell of them.
+    own = Likelihood(stacked[:, :2].T @ stacked[:, :2], stacked[:, :2].T @ np.concatenate(targets), 0.0)
+    prior_sd = np.array([PRIOR.sd, PRIOR.sd, *PRIOR.deviation * own.estimate_densities()])
+    prior_mean = np.array([PRIOR.mode] * 2 + [0.0] * 2)
     precision = np.diag(prior_sd**-2.0) + stacked.T @ stacked
     batch = np.linalg.solve(precision, prior_mean / prior_sd**2 + stacked.T @ np.concatenate(targets))
     np.testing.assert_allclose(memory.belief.untruncated_mean, batch[:2], rtol=1e-9)
     np.testing.assert_allclose(memory.belief.covariance, np.linalg.inv(precision)[:2, :2], rtol=1e-9)
 
 
-def grid_posterior(hold, belief, statistics, noise, axes, deviation_sd=0.0):
+def grid_posterior(hold, belief, statistics, noise, axes, deviation=0.0):
     """Brute-force Bayes: the posterior of the densities on a grid, errors evaluated at every point's own torque."""
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     tau = hold.tau_arm + points @ (hold.Y @ belief.geometry.Phi).T
     sd = np.sqrt(noise.threshold**2 + (noise.weber_fraction * tau) ** 2)
     logs = norm.logpdf(statistics.features[:7], tau, sd).sum(axis=1)
-    scale = np.sqrt(PRIOR.sd**2 + deviation_sd**2)
+    scale = np.sqrt(PRIOR.sd**2 + deviation**2 * (PRIOR.mode**2 + PRIOR.sd**2))
     logs += norm.logpdf(points, PRIOR.mode, scale).sum(axis=1)
     weights = np.exp(logs - logs.max())
     return (weights / weights.sum()).reshape([len(axis) for axis in axes])
@@ -95,7 +98,7 @@ def test_posterior_of_one_material_equals_brute_force_bayes_at_fixed_noise(hold,
     belief = detect_parts(ONE_MATERIAL, PRIOR)
     statistics = hold.measure(belief, np.array([true]), FIXED, (3,))
     axis = np.linspace(0, 20_000, 200_001)[1:]
-    weights = grid_posterior(hold, belief, statistics, FIXED, [axis], PRIOR.deviation_sd)
+    weights = grid_posterior(hold, belief, statistics, FIXED, [axis], PRIOR.deviation)
     actual = learn(belief, statistics, FIXED).posterior.densities.compute_percentiles(FRACTIONS)
     np.testing.assert_allclose(actual, grid_percentiles(weights, [axis]), atol=0.5)
 
@@ -105,7 +108,7 @@ def test_posterior_of_two_materials_equals_brute_force_bayes_at_fixed_noise(hold
     belief = detect_parts(TWO_MATERIALS, PRIOR)
     statistics = hold.measure(belief, np.array(true), FIXED, (4,))
     axis = np.arange(10.0, 16_000.0, 20.0)  # middles of cells, so that nothing is lost at zero
-    weights = grid_posterior(hold, belief, statistics, FIXED, [axis, axis], PRIOR.deviation_sd)
+    weights = grid_posterior(hold, belief, statistics, FIXED, [axis, axis], PRIOR.deviation)
     actual = learn(belief, statistics, FIXED).posterior.densities.compute_percentiles(FRACTIONS)
     np.testing.assert_allclose(actual, grid_percentiles(weights, [axis, axis]), atol=6.0)
 
@@ -113,22 +116,22 @@ def test_posterior_of_two_materials_equals_brute_force_bayes_at_fixed_noise(hold
 def test_material_means_equal_brute_force_bayes_with_the_deviation_integrated(hold):
     """Percentiles of a material's mean agree to 5 kg/m^3 with a grid of mean and deviation, marginalised."""
     belief = detect_parts(ONE_MATERIAL, PRIOR)
-    deviation_sd = 800.0
     statistics = hold.measure(belief, np.array([5000.0]), FIXED, (5,))
     mu, delta = np.linspace(0, 16_000, 3201), np.linspace(-4000, 4000, 401)
     A = hold.Y @ belief.geometry.Phi[:, 0]
+    sd = 0.16 * A @ (statistics.features[:7] - hold.tau_arm) / (A @ A)  # of what the object itself tells
     tau = hold.tau_arm + (mu[:, None] + delta)[..., None] * A
     logs = norm.logpdf(statistics.features[:7], tau, FIXED.threshold).sum(axis=-1)
-    logs += norm.logpdf(mu, PRIOR.mode, PRIOR.sd)[:, None] + norm.logpdf(delta, 0, deviation_sd)
+    logs += norm.logpdf(mu, PRIOR.mode, PRIOR.sd)[:, None] + norm.logpdf(delta, 0, sd)
     weights = np.exp(logs - logs.max()).sum(axis=1)
     expected = grid_percentiles(weights / weights.sum(), [mu])
-    posterior = learn(belief, statistics, FIXED, deviation_sd=deviation_sd).posterior
+    posterior = learn(belief, statistics, FIXED, deviation=0.16).posterior
     actual = posterior.memory.belief.compute_percentiles(FRACTIONS)
     np.testing.assert_allclose(actual, expected, atol=5.0)
 
 
 def draw_from_prior(rng, count):
-    sd = np.hypot(PRIOR.sd, PRIOR.deviation_sd)
+    sd = np.hypot(PRIOR.sd, PRIOR.deviation * np.hypot(PRIOR.mode, PRIOR.sd))
     return truncnorm(-PRIOR.mode / sd, np.inf, loc=PRIOR.mode, scale=sd).rvs(count, random_state=rng)
 
 
@@ -140,7 +143,7 @@ def test_density_dependent_noise_stays_close_to_brute_force_bayes(hold, rng):
     for seed, true in enumerate(draw_from_prior(rng, 100)):
         belief = detect_parts(ONE_MATERIAL, PRIOR)
         statistics = hold.measure(belief, np.array([true]), noise, (seed,))
-        weights = grid_posterior(hold, belief, statistics, noise, [axis], PRIOR.deviation_sd)
+        weights = grid_posterior(hold, belief, statistics, noise, [axis], PRIOR.deviation)
         posterior = learn(belief, statistics, noise).posterior.densities
         sd = np.sqrt(posterior.covariance[0, 0])
         offsets.append((posterior.compute_percentiles(FRACTIONS) - grid_percentiles(weights, [axis]))[:, 0] / sd)
@@ -170,7 +173,8 @@ def test_log_evidence_of_two_materials_is_the_integral_of_likelihood_times_trunc
     """Log evidence agrees to 1e-4 with a grid of both densities, with errors sized at the posterior mean."""
     mean, sd = np.array([1000.0, 3000.0]), np.array([1500.0, 2500.0])
     covariance = np.outer(sd, sd) * np.array([[1.0, correlation], [correlation, 1.0]])
-    means = DensityBelief.from_moments(mean, covariance - PRIOR.deviation_sd**2 * np.eye(2))
+    variances = (sd**2 - (PRIOR.deviation * mean) ** 2) / (1.0 + PRIOR.deviation**2)  # of the materials
+    means = DensityBelief.from_moments(mean, covariance + np.diag(variances - sd**2))
     colours = detect_parts(TWO_MATERIALS, PRIOR).memory.colours
     belief = detect_parts(TWO_MATERIALS, PRIOR, MaterialMemory.from_belief(colours, means))
     np.testing.assert_allclose(belief.densities.covariance, covariance, rtol=1e-9)

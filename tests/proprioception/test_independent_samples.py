@@ -10,7 +10,7 @@ from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise, draw_acceleration_error
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 TRUE = np.array([700.0, 7800.0])
 NUM_SAMPLES = 5
 
@@ -45,7 +45,7 @@ def test_independent_samples_give_exact_bayes(hold, belief, weber_fraction, rtol
     """Posterior means agree with a grid to 0.01 SD for constant errors, to 0.5 SD for ones growing with torque."""
     noise = WeberNoise(weber_fraction, 0.097, independent_samples=True)
     statistics = hold.measure(belief, TRUE, noise, (3,), num_samples=NUM_SAMPLES)
-    densities = compute_posterior(belief, statistics, 7, noise, PRIOR.deviation_sd).posterior.densities
+    densities = compute_posterior(belief, statistics, 7, noise, PRIOR.deviation).posterior.densities
     sds = np.sqrt(np.diag(densities.covariance))
     axes = [mean + sd * np.linspace(-6.0, 6.0, 161) for mean, sd in zip(densities.untruncated_mean, sds, strict=True)]
     samples = draw_torques(hold, belief, noise, (3,))
@@ -54,7 +54,7 @@ def test_independent_samples_give_exact_bayes(hold, belief, weber_fraction, rtol
     assert (np.abs(mean - densities.untruncated_mean) < (0.01 if weber_fraction == 0.0 else 0.5) * sds).all()
     # The samples taken for one percept give a wider posterior, so that the number of samples is in the result.
     one = WeberNoise(weber_fraction, 0.097)
-    wide = compute_posterior(belief, statistics, 7, one, PRIOR.deviation_sd).posterior.densities
+    wide = compute_posterior(belief, statistics, 7, one, PRIOR.deviation).posterior.densities
     certain = [np.linalg.eigvalsh(found.precision)[-1] for found in (densities, wide)]
     assert certain[0] == pytest.approx(NUM_SAMPLES * certain[1], rel=0.2)
 
@@ -73,7 +73,7 @@ def test_mean_of_independent_samples_scatters_by_the_root_of_their_number(hold, 
 def test_white_samples_give_exact_bayes(hold, belief):
     noise = WhiteNoise(0.7)
     statistics = hold.measure(belief, TRUE, noise, (4,), num_samples=NUM_SAMPLES)
-    posterior = compute_posterior(belief, statistics, 7, noise, PRIOR.deviation_sd).posterior.densities
+    posterior = compute_posterior(belief, statistics, 7, noise, PRIOR.deviation).posterior.densities
     regressor = np.tile(hold.Y @ belief.geometry.Phi, (NUM_SAMPLES, 1)) / noise.sd
     residual = (draw_torques(hold, belief, noise, (4,)) - hold.tau_arm).ravel() / noise.sd
     precision = belief.densities.precision + regressor.T @ regressor

@@ -10,7 +10,7 @@ from affordance.proprioception.fixed_point import find_fixed_point
 from affordance.proprioception.static_hold import StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 
 
 @pytest.mark.parametrize("noise", [WeberNoise(0.07, 0.097), WeberNoise(0.0, 0.3), WeberNoise(0.13, 0.01)])
@@ -27,5 +27,5 @@ def test_likelihood_is_that_of_the_estimator(noise, num_materials, hold):
         expected = find_fixed_point(densities, compute)
         for one, other in zip(found, expected, strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-10)
-    _, learned = condition_on_torques(belief, statistics, 7, noise, PRIOR.deviation_sd)
+    _, learned = condition_on_torques(belief, statistics, 7, noise, PRIOR.deviation)
     np.testing.assert_array_equal(learned.precision, find_fixed_point(belief.densities, compute).precision)

@@ -13,7 +13,7 @@ from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 
 
 def test_percept_scatters_as_weber_and_threshold_say():

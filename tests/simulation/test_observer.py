@@ -64,7 +64,7 @@ def test_every_presentation_adds_what_it_taught_alone(weight):
 
     The object does not deviate from its material, as later presentations would add less otherwise.
     """
-    prior = dataclasses.replace(weight.settings.prior, deviation_sd=0.0)
+    prior = dataclasses.replace(weight.settings.prior, deviation=0.0)
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1.0), prior=prior)
     tool = weight.tools[0]
     known = know(weight)

@@ -32,7 +32,8 @@ def test_log_goes_from_the_visual_prior_to_what_the_memory_takes_over(weight):
     prior = weight.settings.prior
     for entry in (before, first):
         assert entry.belief.densities.untruncated_mean == pytest.approx(prior.mode)
-        assert entry.belief.densities.covariance[0, 0] == pytest.approx(prior.sd**2 + prior.deviation_sd**2)
+        scatter = prior.deviation * np.hypot(prior.mode, prior.sd)
+        assert entry.belief.densities.covariance[0, 0] == pytest.approx(prior.sd**2 + scatter**2)
     assert second.belief.densities.covariance[0, 0] < 0.5 * before.belief.densities.covariance[0, 0]
     np.testing.assert_array_equal(last.belief.memory.belief.precision, record.memory.belief.precision)
     np.testing.assert_array_equal(
@@ -48,7 +49,7 @@ def test_white_noise_narrows_the_posterior_sample_by_sample(weight, hold):
     per_density = hold.Y @ weight.tools[0].parameters / 8500.0
     says = float(per_density @ per_density) / noise.sd**2
     counts = np.array([0, *range(10), 10])
-    prior = 1.0 / (1.0 / before + weight.settings.prior.deviation_sd**2)
+    prior = 1.0 / (1.0 / before + weight.settings.prior.deviation**2 * (8500.0**2 + 1.0 / before))
     np.testing.assert_allclose(compute_sd(record), 1.0 / np.sqrt(prior + counts * says), rtol=1e-3)
 
 

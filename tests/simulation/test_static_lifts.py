@@ -64,7 +64,7 @@ def test_lifts_are_those_of_the_estimator_with_objects_held_at_rest(tools, learn
         gain, offset = settings.noise.draw_trial_errors((*seed, number + 1), 7)
         tau = (hold.tau_arm + hold.Y @ tool.parameters) * (1.0 + gain) + offset
         statistics = TorqueStatistics(settings.noise.compute_features(tau, hold.tau_arm, hold.Y), 1)
-        posterior = compute_posterior(belief, statistics, 7, settings.noise, 100.0)
+        posterior = compute_posterior(belief, statistics, 7, settings.noise, settings.prior.deviation)
         memory = posterior.posterior.memory
         assert record.kind[number, 0] == memory.find_kind([part.appearance for part in features])
         assert record.p_value[number, 0] == pytest.approx(posterior.p_value, rel=1e-6)

@@ -142,7 +142,7 @@ def test_misfelt_acceleration_lasts_the_trial_and_touches_nothing_else():
 
 @pytest.fixture
 def estimator(arm, hold):
-    system = DensityEstimator(arm, noise=NOISE, deviation_sd=PRIOR.deviation_sd, sample_period=0.05, duration=1.0)
+    system = DensityEstimator(arm, noise=NOISE, deviation=PRIOR.deviation, sample_period=0.05, duration=1.0)
     context = system.CreateDefaultContext()
     belief = detect_parts(ONE_MATERIAL, PRIOR)
     tau = hold.tau_arm + hold.Y @ belief.compute_parameters(np.array([7850.0]))
@@ -259,7 +259,7 @@ def test_sampled_densities_are_distributed_as_believed(controller, hold):
         update(system, context)
         load = evaluate(system, context, "tau") - hold.tau_arm
         drawn.append(load @ per_density / (per_density @ per_density))
-    sd = np.hypot(PRIOR.sd, PRIOR.deviation_sd)
+    sd = np.hypot(PRIOR.sd, PRIOR.deviation * np.hypot(PRIOR.mode, PRIOR.sd))
     believed = truncnorm(-PRIOR.mode / sd, np.inf, loc=PRIOR.mode, scale=sd)
     assert kstest(drawn, believed.cdf).pvalue > 1e-3
 

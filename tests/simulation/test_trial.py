@@ -12,7 +12,7 @@ from helpers.seen_objects import BLUE, RED, know, place
 from pydrake.systems.analysis import Simulator
 from scipy.stats import multivariate_normal, norm
 
-from affordance.belief.density_belief import PointEstimate
+from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
@@ -151,26 +151,25 @@ def test_heights_are_those_of_geometric_centre_grip_and_true_centre_of_mass(runn
 
 def test_what_was_felt_without_error_gives_the_density_exactly(weight):
     """The density is learned to 0.1 % from torques, rates and accelerations of the moving arm."""
-    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd=1e-6))
+    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd=1e-6), prior=Prior(deviation=0.002))
     record = TrialRunner(settings).run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
     assert np.abs(record.height_centre).max() > 0.05
     # The object's own deviation from its material is all that remains uncertain.
     assert record.memory.belief.untruncated_mean[0] == pytest.approx(8500.0, rel=1e-3)
-    assert np.sqrt(record.memory.belief.covariance[0, 0]) == pytest.approx(100.0, rel=1e-3)
+    assert np.sqrt(record.memory.belief.covariance[0, 0]) == pytest.approx(0.002 * 8500.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("duration", [0.1, 0.15, 0.25, 1.0, 3.0])
 def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_the_last(weight, duration, hold):
     """Precision learned at rest under white noise is that of one sample a period, from the first to the last."""
     sd, tool, density = 1.0, weight.tools[0], weight.tools[0].components[0].material.density
-    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd))
+    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd), prior=Prior(deviation=0.0))
     runner = TrialRunner(settings)
     before = know(weight, density)
     after = runner.run_hold(tool, before, duration=duration, seed=(0,)).memory
     learned = float((after.belief.precision - before.belief.precision)[0, 0])
     per_density = hold.Y @ tool.parameters / density
-    deviation = settings.prior.deviation_sd**2
-    num_samples = learned / (1.0 - deviation * learned) * sd**2 / (per_density @ per_density)
+    num_samples = learned * sd**2 / (per_density @ per_density)
     assert num_samples == pytest.approx(np.floor(duration / settings.sample_period + 1e-9), abs=1e-6)
 
 
@@ -216,7 +215,7 @@ def test_log_evidence_is_that_of_the_belief_before_the_trial(weight, hold):
     record = runner.run_hold(tool, know(weight, precision=1e-6), duration=0.5, seed=(0,))
     load = hold.Y @ tool.parameters
     tau, per_density = hold.tau_arm + load, load / 8500.0
-    variance = 1e6 + weight.settings.prior.deviation_sd**2
+    variance = 1e6 + weight.settings.prior.deviation**2 * (8500.0**2 + 1e6)
     covariance = np.diag(0.1**2 + (0.07 * tau) ** 2) + variance * np.outer(per_density, per_density)
     expected = multivariate_normal.logpdf(np.zeros(7), np.zeros(7), covariance)
     assert record.log_evidence == pytest.approx(expected, abs=1e-6)

@@ -107,7 +107,7 @@ ALL = {
             "limits are taken for broader": (partial(excite_runs.move, motion="reckless"), "within_limits"),
         },
         # With two observers, two cases, any machine, nine observers, two pools and one motion.
-        "few_holds paper_world worth stopping odd_object repeats fast few_postures honest fast_to_the_floor",
+        "few_holds paper_world worth stopping kinds odd_object repeats fast few_postures honest fast_to_the_floor",
     ),
     "loop": CounterExamples(
         loop.judge,
@@ -178,7 +178,7 @@ ALL = {
             "a robot at rest": (partial(studies.read_records, is_still=True), "records_peers"),
             "one paint": (pick(partial(studies.look, is_of_one_colour=True), "segmented"), "told_apart"),
         },
-        "learning_intervals test_intervals",  # with six tools and one
+        "learning_intervals test_intervals test_sight_intervals",  # with six tools and one
     ),
 }
 

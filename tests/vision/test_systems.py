@@ -10,7 +10,7 @@ from affordance.vision.eye import measure_features
 from affordance.vision.features import ComponentFeatures, VisionError
 from affordance.vision.systems import predict_object
 
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 BRASS, WOOD = (0.8, 0.6, 0.1), (0.7, 0.5, 0.3)
 
 
@@ -27,7 +27,7 @@ def test_prior_of_an_unknown_object_is_broad_and_covers_all_its_looks(features):
     belief = predict_object(features, MaterialMemory(), PRIOR)
     assert belief.memory.colours == (WOOD, BRASS)
     np.testing.assert_allclose(belief.densities.untruncated_mean, [1000, 1000])
-    np.testing.assert_allclose(np.diag(belief.densities.covariance), 4000.0**2 + 100.0**2)
+    np.testing.assert_allclose(np.diag(belief.densities.covariance), 4000.0**2 + 0.06**2 * (1000.0**2 + 4000.0**2))
 
 
 def test_what_was_learned_carries_over_by_colour(features):
@@ -35,7 +35,7 @@ def test_what_was_learned_carries_over_by_colour(features):
     belief = predict_object(features, memory, PRIOR)
     assert belief.memory.colours == (BRASS, WOOD)
     np.testing.assert_allclose(belief.densities.untruncated_mean, [1000, 8500], rtol=1e-12)
-    np.testing.assert_allclose(belief.densities.covariance[1, 1], 1e4 + 100.0**2, rtol=1e-12)
+    np.testing.assert_allclose(belief.densities.covariance[1, 1], 1e4 + 0.06**2 * (8500.0**2 + 1e4), rtol=1e-12)
 
 
 def test_materials_the_object_is_not_made_of_do_not_matter(features):

@@ -28,7 +28,7 @@ def infer(
     *,
     solid: SolidPrior | None = None,
     placed: PlacedObject | None = None,
-    deviation_sd: float = 100.0,
+    deviation: float = 0.06,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
     """Infers the belief about a payload from evidence; a camera that saw another object is left out, with a note.
@@ -72,7 +72,7 @@ def infer(
         parts = infer_parts(
             fit.likelihood,
             placed,
-            deviation_sd=deviation_sd,
+            deviation=deviation,
             unseen_share=settings.unseen_share,
             common_gain_sd=gains.common_sd,
             rng=rng,

@@ -111,7 +111,7 @@ def infer_parts(
     likelihood: PayloadLikelihood,
     placed: PlacedObject,
     *,
-    deviation_sd: float,
+    deviation: float,
     unseen_share: float,
     common_gain_sd: float = 0.0,
     rng: np.random.Generator,
@@ -119,8 +119,8 @@ def infer_parts(
 ) -> PartPosterior:
     """Applies Bayes' rule to a run with an object that was seen, whose pose is in the frame of the tip.
 
-    Standard deviations are of the density about its material's mean, [kg/m^3], of the unseen mass, as a fraction of
-    the mass, and, relative, of a factor common to all gains, which is treated to first order. If fewer than one
+    Standard deviations are relative: of the density about its material's mean, of the unseen mass, and of a factor
+    common to all gains, which is treated to first order. If fewer than one
     sample in 50 is physically consistent, a NotTheSeenObjectError is raised.
     """
     prior, Phi = placed.belief, placed.belief.geometry.Phi
@@ -140,7 +140,7 @@ def infer_parts(
             break
     expected = phantom + common + discrepancy + Phi @ prior.densities.covariance @ Phi.T
     p_value = prior.densities.compute_p_value(of_rho, likelihood.count_errors(load, expected))
-    memory = prior.memory.learn(lambda _: of_rho, deviation_sd).memory
+    memory = prior.memory.learn(lambda _: of_rho, deviation).memory
     belief = replace(prior, memory=memory, densities=densities)
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:

@@ -28,12 +28,18 @@ def test_one_piece_of_every_material_is_held(found: dict[str, Any]) -> None:
 
 
 def test_one_deviation_counts_once(found: dict[str, Any]) -> None:
-    """The root mean square of eight observers' standardised errors is below 1.7 (by chance with p = 0.997 each)."""
+    """The root mean square of eight observers' standardised errors is below 1.7 (by chance with p = 0.997 each).
+
+    With a deviation s and an error e of one hold, the SD after n holds is sqrt((s^2 + e^2 / n) / (s^2 + e^2) n) times
+    as large as that of who counts the deviation anew: 2.2 times with s = 0.06, e = 0.07 and n = 10, and less with
+    objects so light that the threshold of torque adds to e.
+    """
     everyone = [found["repeat_z"], *found["repeat_z_observers"].values()]
     assert len(everyone) == 1 + len(LEARNERS)
     for z in everyone:
         assert max(z.values()) < 1.7
-        assert found["repeat_z_anew"]["oak"] > 2.0 * z["oak"]
+        assert found["repeat_z_anew"]["cast_steel"] == pytest.approx(2.2 * z["cast_steel"], rel=0.1)
+        assert found["repeat_z_anew"]["steel"] == pytest.approx(2.2 * z["steel"], rel=0.1)
         assert found["repeat_z_anew"]["rubber"] > 1.5 * z["rubber"]
     assert found["repeat_z_least"] == min(min(z.values()) for z in everyone)
 

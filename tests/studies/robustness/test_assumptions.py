@@ -101,7 +101,7 @@ def get_samples(world):
         ({"noise_structure": "30 independent samples"}, get_samples, (True, 30)),
         ({"noise_structure": "5 independent samples"}, get_samples, (True, 5)),
         ({"noise_structure": "white", "white_sd": 0.5}, lambda world: world.settings.noise, WhiteNoise(0.5)),
-        ({"prior_sd": 2500.0}, lambda world: world.settings.prior, Prior(1000.0, 2500.0, 100.0)),
+        ({"prior_sd": 2500.0}, lambda world: world.settings.prior, Prior(1000.0, 2500.0, 0.06)),
         ({"horizon": 0.3}, lambda world: world.settings.mpc.horizon, 0.3),
         ({"cost_measure": "effort"}, lambda world: world.settings.cost_measure, CostMeasure.EFFORT),
         ({"acceleration_sd": 0.05}, lambda world: world.settings.acceleration_sd, 0.05),

@@ -44,7 +44,7 @@ def test_measures_are_those_of_their_definition():
 def test_who_knows_densities_and_drawings_is_right_and_says_how_surely(rng):
     tool = HAMMERS["mallet"]
     memory = MaterialMemory.from_densities({each.colour: each.density for each in MATERIALS.values()})
-    settings = Settings(prior=dataclasses.replace(SETTINGS.prior, deviation_sd=1e-3))
+    settings = Settings(prior=dataclasses.replace(SETTINGS.prior, deviation=1e-3))
     found = predict(measure_drawing(tool), memory, settings, rng)
     assert found.mass[1] == pytest.approx(tool.mass, rel=1e-3)
     # The parts' volumes err independently.

@@ -9,7 +9,7 @@ from helpers.stacked import stack
 from scipy.stats import binom, chi2, norm
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.proprioception.estimator import compute_posterior
+from affordance.proprioception.estimator import compute_posterior, condition_on_torques
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_features
@@ -132,18 +132,35 @@ def measure(config):
     return hold, belief
 
 
+def without_scatter(config):
+    """Objects as good as without a deviation, whose size a posterior knows only as well as what was felt."""
+    prior = dataclasses.replace(config.settings.prior, deviation=1e-9)
+    return dataclasses.replace(config, settings=dataclasses.replace(config.settings, prior=prior))
+
+
 def test_bound_is_the_posteriors_variance_where_errors_do_not_depend_on_densities():
-    arrays = run_draws(build_config(WeberNoise(0.0, 0.5), moves=False), 3)
+    arrays = run_draws(without_scatter(build_config(WeberNoise(0.0, 0.5), moves=False)), 3)
     np.testing.assert_allclose(arrays["bound"], arrays["variance"], rtol=1e-9)
 
 
+@pytest.mark.parametrize("noise", [WeberNoise(0.0, 0.5), WhiteNoise(2.0)])
+def test_bound_is_the_posteriors_variance_at_the_scatter_of_the_estimated_densities(noise):
+    config = build_config(noise, moves=False)
+    prior, (hold, belief) = config.settings.prior, measure(config)
+    statistics = hold.measure(belief, draw_truth(config, 0)[1], noise, (0,))
+    posterior, likelihood = condition_on_torques(belief, statistics, 7, noise, prior.deviation)
+    felt = feel_at_rest(hold.tau_arm, hold.Y, statistics.num_samples)
+    bound = compute_bound(felt, belief.geometry.Phi, likelihood.estimate_densities(), noise, prior)
+    np.testing.assert_allclose(bound, np.diag(posterior.memory.belief.covariance), rtol=1e-9)
+
+
 def test_bound_is_the_posteriors_variance_where_every_sample_has_its_own_error():
-    config = build_config(WhiteNoise(2.0), moves=False)
+    config = without_scatter(build_config(WhiteNoise(2.0), moves=False))
     noise, prior = config.settings.noise, config.settings.prior
     hold, belief = measure(config)
     _, own = draw_truth(config, 0)
     statistics = hold.measure(belief, own, noise, (0,))._replace(num_samples=30)
-    posterior = compute_posterior(belief, statistics, 7, noise, prior.deviation_sd).posterior.memory.belief
+    posterior = compute_posterior(belief, statistics, 7, noise, prior.deviation).posterior.memory.belief
     bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, 30), belief.geometry.Phi, own, noise, prior)
     np.testing.assert_allclose(bound, np.diag(posterior.covariance), rtol=1e-9)
 
@@ -152,9 +169,9 @@ def test_bound_is_the_posteriors_variance_where_every_sample_has_its_own_error()
 def test_bound_follows_the_arm_as_it_moved(noise, monkeypatch):
     """The bound from the log alone, without the part from the size of errors, is the loop's variance to 1 %."""
     monkeypatch.setattr(calibration, "DURATION", 1.0)
-    arrays = run_draws(build_config(noise, moves=True), 4)
+    arrays = run_draws(without_scatter(build_config(noise, moves=True)), 4)
     np.testing.assert_allclose(arrays["bound"], arrays["variance"], rtol=1e-2)
-    still = run_draws(build_config(noise, moves=False), 4)
+    still = run_draws(without_scatter(build_config(noise, moves=False)), 4)
     assert np.abs(arrays["bound"] / still["bound"] - 1.0).max() > 0.02
 
 
@@ -174,7 +191,7 @@ def test_bound_counts_what_the_size_of_errors_tells():
 
     steps = 0.5 * np.eye(2)
     scores = np.array([compute_log_likelihood(own + step) - compute_log_likelihood(own - step) for step in steps])
-    of_materials = np.linalg.inv(np.linalg.inv(np.cov(scores)) + prior.deviation_sd**2 * np.eye(2))
+    of_materials = np.linalg.inv(np.linalg.inv(np.cov(scores)) + np.diag(prior.deviation * own) ** 2)
     expected = np.diag(np.linalg.inv(of_materials + np.eye(2) / prior.sd**2))
     bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, 1), belief.geometry.Phi, own, noise, prior)
     np.testing.assert_allclose(bound, expected, rtol=0.02)
@@ -195,4 +212,4 @@ def test_truths_are_of_the_prior_restricted_to_positive_densities():
     mean = (weights @ rho) / weights.sum()
     sd = np.sqrt(weights @ (rho - mean) ** 2 / weights.sum())
     assert truths[:, 0].mean() == pytest.approx(mean, abs=4.5 * sd / np.sqrt(1000))
-    assert (truths[:, 1] - truths[:, 0]).std() == pytest.approx(100.0, rel=0.1)
+    assert (truths[:, 1] / truths[:, 0] - 1.0).std() == pytest.approx(config.settings.prior.deviation, rel=0.1)

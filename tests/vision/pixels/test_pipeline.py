@@ -18,7 +18,7 @@ from affordance.vision.pixels.sensor_noise import SensorNoise
 from affordance.vision.systems import predict_object
 
 BEECH, STEEL = (0.79, 0.56, 0.35), (0.49, 0.54, 0.6)
-PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 MATERIALS = load_materials(MODELS / "materials.yaml")
 BALL = make_ellipsoid([0.04] * 3, [0.0, 0.0, STAND - 0.04])
 
