@@ -63,7 +63,8 @@ def compute_mass_errors(weighed: WeighedObject, rho: Array) -> Array:
     is_weighed = np.array(
         [[not each.parts or k in each.parts for k in range(len(weighed.parts))] for each in weighed.weighings]
     ).reshape(-1, len(weighed.parts))
-    return np.einsum("wk,gk,...k->...wg", is_weighed, parts.Phi_errors[:, 0], rho)
+    slopes: Array = np.einsum("wk,gk,...k->...wg", is_weighed, parts.Phi_errors[:, 0], rho)
+    return slopes
 
 
 def draw_drawing_errors(weighed: WeighedObject, rho: Array, rng: np.random.Generator) -> Array:

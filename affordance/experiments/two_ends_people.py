@@ -4,6 +4,7 @@ What it returns has the columns of simulated choices, so ``two_ends.measure`` an
 """
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -30,17 +31,19 @@ def read_choices(path: Path) -> pd.DataFrame:
             twice or was changed, or an answer other than left or right.
     """
     sheet = build_data_sheet()
-    cells = Cells.read(path, tuple(sheet), {})
+    cells = Cells.read(path, tuple(map(str, sheet)), {})
     for needed in ("participant", "trial", "chosen_end"):
         if needed not in cells.labels:
             cells.refuse(0, needed, "is missing; the sheet must have this column")
-    participants = cells.read_choices("participant", list(dict.fromkeys(sheet["participant"])))
+    participants = cells.read_choices("participant", list(dict.fromkeys(map(str, sheet["participant"]))))
     most = int(sheet["trial"].max())
     trials = cells.read_numbers("trial", 1, most)
     ends = cells.read_choices("chosen_end", (*_SIDES, "none"), default="none")
     cells.read_numbers("push_N", 0.0, 1e3, "N", "mN")
     cells.read_numbers("response_time", 0.0, 3600.0, "s", "ms")
-    registered = sheet.set_index(["participant", "trial"])
+    registered: dict[tuple[str, int], dict[str, Any]] = {
+        (row["participant"], int(row["trial"])): row for row in sheet.to_dict("records")
+    }
     rows, seen = [], dict[tuple[str, int], int]()
     for place, (participant, trial, end) in enumerate(zip(participants, trials, ends, strict=True)):
         if trial != trial or trial % 1.0:
@@ -49,7 +52,7 @@ def read_choices(path: Path) -> pd.DataFrame:
         if key in seen:
             cells.refuse(place, "trial", f"is {int(trial)}, as in row {cells.numbers[seen[key]]}; must be there once")
         seen[key] = place
-        row = registered.loc[key]
+        row = registered[key]
         for column in _REGISTERED:
             if column in cells.labels and cells[column][place] != row[column]:
                 problem = f"is {cells[column][place]!r}, must be {row[column]!r}, as it was registered"
