@@ -3,6 +3,7 @@
 What it returns has the columns of simulated choices, so ``two_ends.measure`` and ``two_ends.contrast`` take both.
 """
 
+from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def read_choices(path: Path) -> pd.DataFrame:
     ends = cells.read_choices("chosen_end", (*_SIDES, "none"), default="none")
     cells.read_numbers("push_N", 0.0, 1e3, "N", "mN")
     cells.read_numbers("response_time", 0.0, 3600.0, "s", "ms")
-    registered: dict[tuple[str, int], dict[str, Any]] = {
+    registered: dict[tuple[str, int], dict[Hashable, Any]] = {
         (row["participant"], int(row["trial"])): row for row in sheet.to_dict("records")
     }
     rows, seen = [], dict[tuple[str, int], int]()
