@@ -5,7 +5,7 @@ Prints:
     after 0.0 s it is believed to weigh 0.07 to 0.24 kg
     after 0.5 s it is believed to weigh 0.35 to 0.41 kg
     after 1.0 s it is believed to weigh 0.34 to 0.41 kg
-    it weighs 0.40 kg; brass: 7244 to 8657 kg/m^3
+    it weighs 0.40 kg; brass: 7080 to 8623 kg/m^3
 """
 
 from dataclasses import replace

@@ -88,7 +88,7 @@ def test_criterion_and_grip_of_a_choice_are_those_of_a_ranking(tmp_path):
 def test_features_seen_with_errors_leave_a_choice_more_open():
     """Sizes with an error of a fifth leave more to lose than drawings."""
     losses = [
-        answer(*ONE, "--json", "--see", *sight).content["decisions"][0]["regret"]
+        answer(*ONE, "--samples", 20_000, "--json", "--see", *sight).content["decisions"][0]["regret"]
         for sight in (["drawing"], ["features", "--set", "vision_error.size=0.2"])
     ]
     assert losses[1] > losses[0]
