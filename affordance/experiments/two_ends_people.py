@@ -30,7 +30,7 @@ def read_choices(path: Path) -> pd.DataFrame:
             twice or was changed, or an answer other than left or right.
     """
     sheet = build_data_sheet()
-    cells = Cells.read(path, tuple(sheet), {})
+    cells = Cells.read(path, [str(each) for each in sheet], {})
     for needed in ("participant", "trial", "chosen_end"):
         if needed not in cells.labels:
             cells.refuse(0, needed, "is missing; the sheet must have this column")
@@ -40,7 +40,8 @@ def read_choices(path: Path) -> pd.DataFrame:
     ends = cells.read_choices("chosen_end", (*_SIDES, "none"), default="none")
     cells.read_numbers("push_N", 0.0, 1e3, "N", "mN")
     cells.read_numbers("response_time", 0.0, 3600.0, "s", "ms")
-    registered = sheet.set_index(["participant", "trial"])
+    records = [{str(name): str(value) for name, value in each.items()} for each in sheet.to_dict("records")]
+    registered = {(each["participant"], int(each["trial"])): each for each in records}
     rows, seen = [], dict[tuple[str, int], int]()
     for place, (participant, trial, end) in enumerate(zip(participants, trials, ends, strict=True)):
         if trial != trial or trial % 1.0:
@@ -49,7 +50,7 @@ def read_choices(path: Path) -> pd.DataFrame:
         if key in seen:
             cells.refuse(place, "trial", f"is {int(trial)}, as in row {cells.numbers[seen[key]]}; must be there once")
         seen[key] = place
-        row = registered.loc[key]
+        row = registered[key]
         for column in _REGISTERED:
             if column in cells.labels and cells[column][place] != row[column]:
                 problem = f"is {cells[column][place]!r}, must be {row[column]!r}, as it was registered"
@@ -59,7 +60,7 @@ def read_choices(path: Path) -> pd.DataFrame:
         if row["do"] != "choose":
             cells.refuse(place, "chosen_end", f"is {end!r}, must be empty, as nothing is chosen in a lift")
         chosen = "dense" if end == row["dense_end_is"] else "light"
-        rows.append((participant, int(str(row["phase"]).removeprefix("after ")), row["task"], chosen))
+        rows.append((participant, int(row["phase"].removeprefix("after ")), row["task"], chosen))
     if not rows:
         cells.refuse(0, "chosen_end", "is empty in all rows, must have an answer in some")
     choices = pd.DataFrame(rows, columns=["participant", "lifts", "task", "chosen"])
