@@ -3,9 +3,7 @@
 What it returns has the columns of simulated choices, so ``two_ends.measure`` and ``two_ends.contrast`` take both.
 """
 
-from collections.abc import Hashable
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -32,19 +30,18 @@ def read_choices(path: Path) -> pd.DataFrame:
             twice or was changed, or an answer other than left or right.
     """
     sheet = build_data_sheet()
-    cells = Cells.read(path, tuple(map(str, sheet)), {})
+    cells = Cells.read(path, [str(each) for each in sheet], {})
     for needed in ("participant", "trial", "chosen_end"):
         if needed not in cells.labels:
             cells.refuse(0, needed, "is missing; the sheet must have this column")
-    participants = cells.read_choices("participant", list(dict.fromkeys(map(str, sheet["participant"]))))
+    participants = cells.read_choices("participant", list(dict.fromkeys(sheet["participant"])))
     most = int(sheet["trial"].max())
     trials = cells.read_numbers("trial", 1, most)
     ends = cells.read_choices("chosen_end", (*_SIDES, "none"), default="none")
     cells.read_numbers("push_N", 0.0, 1e3, "N", "mN")
     cells.read_numbers("response_time", 0.0, 3600.0, "s", "ms")
-    registered: dict[tuple[str, int], dict[Hashable, Any]] = {
-        (row["participant"], int(row["trial"])): row for row in sheet.to_dict("records")
-    }
+    records = [{str(name): str(value) for name, value in each.items()} for each in sheet.to_dict("records")]
+    registered = {(each["participant"], int(each["trial"])): each for each in records}
     rows, seen = [], dict[tuple[str, int], int]()
     for place, (participant, trial, end) in enumerate(zip(participants, trials, ends, strict=True)):
         if trial != trial or trial % 1.0:
@@ -63,7 +60,7 @@ def read_choices(path: Path) -> pd.DataFrame:
         if row["do"] != "choose":
             cells.refuse(place, "chosen_end", f"is {end!r}, must be empty, as nothing is chosen in a lift")
         chosen = "dense" if end == row["dense_end_is"] else "light"
-        rows.append((participant, int(str(row["phase"]).removeprefix("after ")), row["task"], chosen))
+        rows.append((participant, int(row["phase"].removeprefix("after ")), row["task"], chosen))
     if not rows:
         cells.refuse(0, "chosen_end", "is empty in all rows, must have an answer in some")
     choices = pd.DataFrame(rows, columns=["participant", "lifts", "task", "chosen"])
