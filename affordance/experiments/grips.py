@@ -287,9 +287,9 @@ def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
             "correct grip": each["correct_grip"],
             "absolute work moves by, if a part sits 2 mm elsewhere": f"{each['off_axis_2mm_change']:.1%}",
             "correct before": f"{p[0]:.0%}{' (by symmetry)' if each['chance_by_symmetry'] else ''}",
-            "after one trial": f"{p[1]:.0%}",
-            "after two": f"{p[2]:.0%}",
-            "after the last": f"{p[-1]:.0%}",
+            "after one trial": f"{p[1]:.1%}",
+            "after two": f"{p[2]:.1%}",
+            "after the last": f"{p[-1]:.1%}",
         }
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("tool")
 
