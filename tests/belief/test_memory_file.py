@@ -84,7 +84,7 @@ def test_memory_of_another_learner_is_named_in_a_line():
         ('{"gate": 1}', "memory: is not a memory of materials"),
         ('{"colours": [[1, 2]]}', "memory: is not a memory of materials"),
         ('{"learner": "density"}', "memory: is not a memory of materials"),
-        (f'{HEAD}, "state": {{"a": {{"type": "object", "shape": [], "values": 1}}}}}}', "is of 'object'"),
+        (f'{HEAD}, "state": {{"a": {{"type": "object", "shape": [], "values": 1}}}}}}', "has the type 'object'"),
         (f'{HEAD}, "state": {{"a": {{"type": "int64", "shape": [9], "values": [1]}}}}}}', "reshape"),
         (f'{HEAD}, "state": {{"a": {{"type": "int64", "shape": [1], "values": [1e99]}}}}}}', "memory:"),
     ],
