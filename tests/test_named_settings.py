@@ -158,7 +158,7 @@ def test_former_name_of_a_setting_is_answered_with_the_present_one(former, prese
     ],
 )
 def test_absolute_deviation_of_earlier_versions_is_answered_with_the_nearest_fraction(value, nearest):
-    problem = f"is now deviation, a fraction of the density: {nearest}"
+    problem = f"is now called deviation, a fraction of the density: {nearest}"
     for changes in ({"prior": {"deviation_sd": value}}, {"prior.deviation_sd": value}):
         assert refuse(change_settings, DEFAULT_SETTINGS, changes) == f"settings: prior.deviation_sd: {problem}"
     assert refuse(Prior, deviation_sd=value) == f"Prior: deviation_sd: {problem}"

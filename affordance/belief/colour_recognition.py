@@ -1,9 +1,10 @@
-"""Recognition of a material by its colour: a known colour, or a new one.
+"""Recognition of a material by its colour: the colour is a known one or a new one.
 
 A colour is measured with an error, and objects of one material differ by a just noticeable difference. Measurements
-of a known colour are normal in CIELAB; new colours are uniform over the colours that a picture can hold. Brightness
-may have a larger error, as it depends on the orientation of a surface to the lamps: this error shifts a colour in the
-direction of its change with the light. All known colours and "new" are equally probable before the measurement.
+of a known colour are normal in CIELAB; new colours are uniform over the colours that a picture can contain. The error
+along the brightness may be larger, because brightness depends on how a surface is turned to the lamps: it shifts a
+colour in the direction in which the colour changes with the light. Before the measurement all known colours and "new"
+are equally probable.
 """
 
 from collections.abc import Sequence
@@ -13,30 +14,33 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.colour import JUST_NOTICEABLE, Colour, convert_to_lab, is_same_colour
 
-# Volume of the colours that sRGB holds, in cubic units of CIELAB (tests/belief/test_colour_recognition.py).
+# Volume of the colours that sRGB can represent, in cubic units of CIELAB (tests/belief/test_colour_recognition.py).
 GAMUT_VOLUME = 8.2e5
-# Probability above which a colour is taken as certain, and the others are ignored.
+# Probability above which a colour counts as certain, and the others are ignored.
 CERTAIN = 0.95
-# L* below which the coordinates of CIELAB are linear in the light.
+# L* below which CIELAB coordinates are linear in the light.
 _LINEAR = 8.0
 
 
 def find_colour_index(colours: Sequence[Colour], colour: Colour) -> int | None:
-    """Returns the index of the first known colour that looks the same; None if none does."""
+    """Returns the index of the first known colour that looks the same; None if there is none."""
     return next((index for index, known in enumerate(colours) if is_same_colour(known, colour)), None)
 
 
 def compute_colour_probabilities(
     colour: Colour, colour_sd: float, colours: Sequence[Colour], lightness_sd: float = 0.0
 ) -> Array:
-    """Computes probabilities that a colour is each of K known colours and, last, a new one, shape (K + 1,).
+    """Computes probabilities that a colour is each of K known colours or, last, a new one, shape (K + 1,).
 
-    Errors of the measurement have the standard deviation colour_sd in each direction of CIELAB, and along the
-    brightness another one of lightness_sd, in units of L*.
+    Args:
+        colour: Measured colour.
+        colour_sd: Standard deviation of the measurement error in each direction of CIELAB.
+        colours: Known colours, K of them.
+        lightness_sd: Standard deviation of a further error along the brightness, in units of L*.
     """
     spread = np.hypot(colour_sd, JUST_NOTICEABLE)
     differences = convert_to_lab(np.array(colours).reshape(-1, 3)) - convert_to_lab(np.array(colour))
-    # The covariance is spread^2 I + u u^T, with u one standard deviation of brightness.
+    # The covariance is spread^2 I + u u^T, where u is one standard deviation of brightness.
     u = lightness_sd * _find_brightening(colour)
     ratio = float(u @ u) / spread**2
     distances = (differences**2).sum(axis=1) - (differences @ u) ** 2 / (spread**2 * (1.0 + ratio))
@@ -50,8 +54,8 @@ def compute_colour_probabilities(
 def _find_brightening(colour: Colour) -> Array:
     """Computes the change of a colour in CIELAB with the light, per unit of L*, shape (3,).
 
-    L* + 16, a* and b* grow as the cube root of the light, and L*, a* and b* as the light itself where L* is below 8
-    (CIE 15:2004), so that no difference of rounded colours is taken.
+    L* + 16, a* and b* grow with the cube root of the light; where L* is below 8, L*, a* and b* are proportional to it
+    (CIE 15:2004). The derivative is thus exact, without a difference of rounded colours.
     """
     lab = convert_to_lab(np.maximum(np.array(colour), 1.0 / 255.0))
     lightness = lab[0] + 16.0 if lab[0] > _LINEAR else lab[0]

@@ -2,7 +2,8 @@
 
     p(rho) is proportional to exp(-rho^T Lambda rho / 2 + eta^T rho) where rho > 0, and zero elsewhere
 
-with Lambda the precision and eta the information vector. Evidence adds to both, so the order of updates is free.
+where Lambda is the precision and eta the information vector. Evidence is added to both, so the order of updates does
+not matter.
 """
 
 import enum
@@ -22,12 +23,12 @@ from affordance.belief.normals import Normals, compute_mode
 from affordance.belief.prior import Prior as Prior
 from affordance.exceptions import BadArgumentError
 
-# Largest number of densities that a line shows.
+# Largest number of densities that are shown in a line.
 _MOST_SHOWN = 8
 _FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
-# Nodes by which the variance is integrated over a standard normal variable; the outermost lies at 5.5.
+# Nodes for integrating the variance over a standard normal variable; the outermost is at 5.5.
 _NUM_NODES = 12
-# Least density that is shown without decimals, [kg/m^3].
+# Smallest density that is shown without decimals, [kg/m^3].
 _WHOLE = 10.0
 
 
@@ -35,7 +36,7 @@ class PointEstimate(enum.Enum):
     """Point estimate that represents a belief when a controller needs a single density."""
 
     MODE = "mode"  # the most probable density (paper, IV-A)
-    SAMPLE = "sample"  # one drawn from the distribution (paper, III)
+    SAMPLE = "sample"  # a random draw (paper, III)
     MEAN = "mean"  # for comparison only
     MEDIAN = "median"  # for comparison only
 
@@ -52,7 +53,7 @@ class DensityBelief:
     information_vector: Array  # eta, shape (M,), read-only
 
     def __post_init__(self) -> None:
-        """Keeps read-only copies; a precision that is not finite and positive definite raises a BadArgumentError."""
+        """Stores read-only copies; raises a BadArgumentError if the precision is not finite and positive definite."""
         information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
         size = information_vector.size
         precision = check_array("precision", self.precision, (size, size)).copy()
@@ -68,7 +69,7 @@ class DensityBelief:
         return f"DensityBelief({self.describe()})"
 
     def describe(self) -> str:
-        """Describes means and standard deviations of the unrestricted normal distribution in a line."""
+        """Returns a line with means and standard deviations of the unrestricted normal distribution."""
         sds = np.sqrt(np.diag(self.covariance))
         texts = [
             f"{show_density(mean)} ± {show_density(sd)}" for mean, sd in zip(self.untruncated_mean, sds, strict=True)
@@ -78,10 +79,10 @@ class DensityBelief:
 
     @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
-        """Builds the belief whose unrestricted normal distribution has a mean, (M,), and a covariance, (M, M).
+        """Builds the belief from the moments of its unrestricted normal distribution, (M,) and (M, M).
 
-        A covariance that is not positive definite, a shape that does not fit, or a value that is not finite raises a
-        BadArgumentError.
+        Raises:
+            BadArgumentError: The covariance is not positive definite, shapes do not match, or a value is not finite.
         """
         mean = check_array("mean", mean, (None,))
         covariance = check_array("covariance", covariance, (mean.size, mean.size))
@@ -112,11 +113,11 @@ class DensityBelief:
 
     @cached_property
     def normals(self) -> Normals:
-        """Unrestricted normal distribution, as the only one of an array."""
+        """Unrestricted normal distribution, as an array of length one."""
         return Normals.from_information(self.precision[None], self.information_vector[None])
 
     def select(self, indices: Sequence[int]) -> "DensityBelief":
-        """Returns the belief about some of the densities, in the order of their indices, the others marginalised."""
+        """Returns the belief about the densities at some indices, in that order; the others are marginalised."""
         chosen = list(indices)
         if chosen == list(range(self.size)):
             return self
@@ -129,20 +130,20 @@ class DensityBelief:
         )
 
     def extend(self, prior: Prior, count: int) -> "DensityBelief":
-        """Returns the belief with ``count`` new materials."""
+        """Returns the belief with ``count`` more materials, each with the prior."""
         return self.extend_by([prior.mode] * count, [prior.sd] * count)
 
     def extend_by(self, means: Sequence[float], sds: Sequence[float]) -> "DensityBelief":
-        """Returns the belief with new, independent materials, with a mean and a standard deviation each."""
+        """Returns the belief with more, independent materials, each with its mean and standard deviation."""
         precision = np.diag([*np.zeros(self.size), *(sd**-2 for sd in sds)])
         precision[: self.size, : self.size] = self.precision
         added = [mean / sd**2 for mean, sd in zip(means, sds, strict=True)]
         return DensityBelief(precision, np.append(self.information_vector, added))
 
     def extend_by_mixture(self, probabilities: Array, prior: Prior) -> "DensityBelief":
-        """Returns the belief with another material that is one of the known ones, or a new one.
+        """Returns the belief with one more material, which is one of the known ones or a new one.
 
-        Its density has the mean, variance and covariances of the mixture, all of the unrestricted distributions. The
+        Its density has the mean, variance and covariances of this mixture of unrestricted distributions. The
         probabilities are those of each of the M known materials and, last, of a new one, shape (M + 1,).
         """
         known, covariance = self.untruncated_mean, self.covariance
@@ -160,8 +161,9 @@ class DensityBelief:
     ) -> "DensityBelief":
         """Returns the belief about densities of objects, mu (1 + delta) with delta ~ N(0, deviation^2) for each.
 
-        It is a joint one of size num_objects * M, object by object. Objects scatter in proportion to densities, of
-        shape (num_objects * M,), or to the root mean squares of their materials' if None, which gives exact moments.
+        The belief is joint, of size num_objects * M, ordered object by object. The scatter of objects is the
+        deviation times ``densities``, shape (num_objects * M,), or, if None, times the root mean square of their
+        materials' densities, which gives exact moments.
         """
         if densities is None:
             densities = np.tile(np.sqrt(self.untruncated_mean**2 + np.diag(self.covariance)), num_objects)
@@ -184,7 +186,7 @@ class DensityBelief:
         return floored
 
     def compute_mode(self) -> Array:
-        """Computes the most probable densities not below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
+        """Computes the mode of the densities under the bound DENSITY_FLOOR, shape (M,), [kg/m^3]."""
         return compute_mode(self.untruncated_mean, self.precision, DENSITY_FLOOR)
 
     def compute_mean(self) -> Array:
@@ -192,18 +194,18 @@ class DensityBelief:
         return positive_gaussian.compute_mean(self.untruncated_mean, self.covariance)
 
     def compute_percentiles(self, fractions: Sequence[float]) -> Array:
-        """Computes percentiles of each density for cumulative probabilities, (P,), shape (P, M), [kg/m^3]."""
+        """Computes percentiles of each density at P cumulative probabilities, shape (P, M), [kg/m^3]."""
         chosen = check_fractions("fractions", fractions)
         return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, chosen)
 
     def draw_samples(self, rng: np.random.Generator, num_samples: int, *, is_even: bool = False) -> Array:
-        """Draws samples, shape (num_samples, M), [kg/m^3]; independent ones, or spread evenly, in random order."""
+        """Draws samples, shape (num_samples, M), [kg/m^3]: independent, or evenly spread if is_even."""
         return positive_gaussian.draw_samples(
             self.untruncated_mean, self.covariance, rng, num_samples, is_even=is_even
         )
 
     def compute_log_evidence(self, likelihood: Likelihood) -> float:
-        """Computes the log evidence of data, the log of the integral of p(data | rho) p(rho) over rho > 0."""
+        """Computes the log evidence of data: the log of the integral of p(data | rho) p(rho) over rho > 0."""
         posterior = self.condition(likelihood)
         return float(
             self.compute_untruncated_log_evidence(likelihood, posterior)
@@ -219,17 +221,17 @@ class DensityBelief:
         return float(self.normals.compute_log_evidence(likelihood, posterior.normals)[0])
 
     def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> float:
-        """Computes the probability, under this belief, of data with at most the evidence of these.
+        """Computes the probability, under this belief, of data with no more evidence than these have.
 
-        The restriction to positive densities is ignored here; see ``Normals.compute_p_value``.
+        The restriction to positive densities is ignored; see ``Normals.compute_p_value``.
         """
         return float(self.normals.compute_p_value(likelihood, dof)[0])
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))
 
-# Function that finds the likelihood of an object's densities from the belief before the measurement, on which the
-# size of errors that grow with torque depends.
+# Function that computes the likelihood of an object's densities. It takes the belief before the measurement, because
+# the size of errors that grow with torque depends on it.
 type FindLikelihood = Callable[[DensityBelief], Likelihood]
 
 

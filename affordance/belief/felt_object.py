@@ -1,4 +1,4 @@
-"""Things that were lifted, the one at hand, and what was felt of one."""
+"""Things that were lifted, the object at hand, and an object with its likelihoods."""
 
 from typing import NamedTuple
 
@@ -14,12 +14,12 @@ from affordance.objects.colour import Colour
 class Thing(NamedTuple):
     """Thing that was lifted."""
 
-    appearance: Appearance  # with the colours of the memory
+    appearance: Appearance  # appearance, with the colours as stored in the memory
     colours: tuple[int, ...]  # indices of its m colours
 
 
 class AtHand(NamedTuple):
-    """Object that was recalled last: as a thing, and its number, which is the next one if it was never lifted."""
+    """Object that was recalled last, and its number; an object that was never lifted has the next free number."""
 
     thing: Thing
     number: int
@@ -31,18 +31,18 @@ class AtHand(NamedTuple):
 
 
 class FeltObject(NamedTuple):
-    """Object that was held, with the likelihoods of the densities that were felt."""
+    """Object that was held, with the likelihoods of its densities."""
 
-    colours: tuple[Colour, ...]  # m of them
-    own: Likelihood  # of its own densities, of size m in the order of the colours
-    shared: Likelihood  # of its materials' means, which the memory has learned, in the same order
-    appearance: Appearance = ()  # with these colours
+    colours: tuple[Colour, ...]  # its m colours
+    own: Likelihood  # likelihood of its own densities, of size m in the order of the colours
+    shared: Likelihood  # likelihood of its materials' means, which the memory has learned, in the same order
+    appearance: Appearance = ()  # appearance, with these colours
 
     @classmethod
     def of(
         cls, colours: tuple[Colour, ...], own: Likelihood | None, prior: Prior, appearance: Appearance
     ) -> "FeltObject | None":
-        """Returns the object with its own likelihood; None if nothing was felt."""
+        """Builds the object from the likelihood of its own densities; returns None if that is None."""
         if own is None:
             return None
         return cls(colours, own, own.marginalise_deviation(prior.deviation), appearance)

@@ -1,14 +1,14 @@
-"""Kinds of objects within a colour, as a learner with kinds remembers them, for B observers at once.
+"""State of a learner with kinds: groups of objects within a colour, for B observers at once.
 
-A colour has one or more kinds, each with a mean density; the means of all kinds share one normal distribution in
-information form. A thing is of one kind for each of its colours.
+A colour has one or more kinds, each with a mean density. The means of all kinds have one joint normal distribution,
+stored in information form. A thing belongs to one kind in each of its colours.
 
-After a lift a kind without things is removed. Two kinds of a colour are twins, and are merged, if their mean
-densities more probably than not differ by less than objects of a material scatter, a fraction ``deviation`` of the
-mean of both.
+After a lift, kinds without things are removed. Two kinds of a colour are merged if they are twins: their mean
+densities differ, with a probability above one half, by less than the scatter of objects within a material, which is
+the fraction ``deviation`` of the average of both means.
 
-Kinds of an observer come first in its row, the oldest first; what lies beyond is zero, as are things that were never
-lifted. A further kind is given a place at the end of all rows, and ``tidy`` closes the gaps.
+The kinds of an observer fill the first places of its row, the oldest first; the remaining places are zero, and so are
+the entries of things that were never lifted. A new kind is first appended to all rows; ``tidy`` then closes the gaps.
 """
 
 from collections.abc import Sequence
@@ -23,12 +23,12 @@ from affordance.belief.learner import Seen, State
 from affordance.belief.normals import Normals
 from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, make_room, pad, start_felt
 
-# Arrays of K kinds, (B, K, ...): index of the colour, True if there is such a kind, precision and information vector
-# of the mean densities, and mean and SD of each before its first lift, [kg/m^3].
+# Arrays of K kinds, (B, K, ...): index of the colour, True if the place holds a kind, precision and information
+# vector of the mean densities, and mean and SD of each kind before its first lift, [kg/m^3].
 OF_KINDS = ("kind_colour", "is_kind", "precision", "information", "kind_mean", "kind_sd")
-# Arrays of T things, (B, T, C, ...) with a column for each colour: index of the kind; number n of consecutive last
-# lifts in which the thing was of this kind; the kind's probability after the last of them; and for columns outside
-# the most populous kind the belief about the thing's own densities, [kg/m^3].
+# Arrays of T things, (B, T, C, ...), with a column for each colour: index of the kind; number n of consecutive lifts,
+# up to the last one, in which the thing belonged to this kind; probability of the kind after the last lift; and, for
+# columns outside the most populous kind, the belief about the thing's own densities, [kg/m^3].
 OF_THINGS = ("thing_kind", "num_lifts", "probability", "is_own", "own_mean", "own_covariance")
 _OF_THINGS = (*OF_THINGS, FELT_PRECISION, FELT_INFORMATION)
 
@@ -41,7 +41,7 @@ class KindPrior(NamedTuple):
 
 
 def start_kinds(num_colours: int, prior: KindPrior) -> State:
-    """Returns the part of a state with kinds: one for each colour, without things."""
+    """Returns the entries of a state for kinds: one kind for each colour, without things."""
     size, K = len(prior.mean), num_colours
     of_kinds: State = {
         "kind_colour": np.tile(np.arange(K), (size, 1)),
@@ -63,18 +63,18 @@ def start_kinds(num_colours: int, prior: KindPrior) -> State:
 
 
 def make_room_for_thing(state: State, seen: Seen) -> State:
-    """Returns the state with room for a thing in all arrays of things."""
+    """Returns the state with room for a thing in every array of things."""
     return make_room(state, _OF_THINGS, seen)
 
 
 def believe_kinds(state: State) -> Normals:
-    """Returns the belief about the mean densities of K kinds, (B, K); that of a place without a kind is N(0, 1)."""
+    """Returns the belief about the mean densities of K kinds, (B, K); places without a kind are N(0, 1)."""
     absent = np.eye(state["is_kind"].shape[1]) * ~state["is_kind"][:, None, :]
     return Normals.from_information(state["precision"] + absent, state["information"])
 
 
 def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDArray[np.intp]:
-    """Counts the things of each kind, (B, K); the thing of a number, by observer, can be excluded."""
+    """Counts the things of each kind, (B, K), optionally without one thing for each observer."""
     counted = state["num_lifts"] > 0
     if excluded is not None:
         counted = counted & (np.arange(counted.shape[1]) != excluded[:, None])[:, :, None]
@@ -84,21 +84,21 @@ def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDAr
 
 
 def find_most_populous(state: State, colours: Sequence[int]) -> NDArray[np.intp]:
-    """Finds the kind of each colour with the most things, the oldest among equals, (B, colours)."""
+    """Returns the kind with the most things in each colour, the oldest in a tie, (B, colours)."""
     counts = count_things(state)[:, None, :]
     candidates = mark_kinds(state, colours)
     return np.where(candidates, counts, -1).argmax(axis=2)
 
 
 def mark_kinds(state: State, colours: Sequence[int]) -> Mask:
-    """Marks the kinds of each colour, (B, colours, K)."""
+    """Returns a mask of the kinds that belong to each colour, (B, colours, K)."""
     of_colour = state["kind_colour"][:, None, :] == np.asarray(colours, dtype=np.intp)[:, None]
     marked: Mask = of_colour & state["is_kind"][:, None, :]
     return marked
 
 
 def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior], is_kind: Mask) -> State:
-    """Returns the state with a further kind at the end for each colour, where ``is_kind``, (B, colours), is true."""
+    """Returns the state with a place for a new kind of each colour, used where ``is_kind``, (B, colours), is true."""
     K, count = state["is_kind"].shape[1], len(colours)
     shapes = {name: (K + count,) * (state[name].ndim - 1) for name in OF_KINDS}
     state = {**state, **{name: pad(state[name], shape).copy() for name, shape in shapes.items()}}
@@ -114,9 +114,9 @@ def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior],
 
 
 def tidy(state: State) -> State:
-    """Removes kinds without things, merges twins, and keeps own densities of odd things only; O(K^3) in all."""
+    """Removes kinds without things, merges twins, and drops own densities of ordinary things; O(K^3) in all."""
     counts, same = count_things(state), _mark_same_colours(state)
-    # A colour that was seen and never lifted keeps its kind without things.
+    # A colour that was seen but never lifted keeps its kind, which has no things.
     is_lifted = (same & (counts > 0)[:, None, :]).any(axis=2)
     state = remove_kinds(state, state["is_kind"] & is_lifted & (counts == 0))
     left = np.flatnonzero(_mark_same_colours(state).sum(axis=(1, 2)) > state["is_kind"].sum(axis=1))
@@ -133,7 +133,7 @@ def tidy(state: State) -> State:
 
 
 def remove_kinds(state: State, removed: Mask) -> State:
-    """Returns the state without some kinds, (B, K), marginalised; no thing may be of one of them."""
+    """Returns the state with some kinds, (B, K), marginalised; no thing may belong to them."""
     if not removed.any():
         return state
     state = _copy_kinds(state)
@@ -148,9 +148,10 @@ def remove_kinds(state: State, removed: Mask) -> State:
 
 
 def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
-    """Finds two kinds of a colour whose means more probably than not differ by less than objects of a kind scatter.
+    """Finds a pair of twins: kinds of a colour whose means probably differ by less than the scatter within a kind.
 
-    Returns: Index of one and of the other, a later one, and True where there are twins, (B,) each.
+    Returns:
+        Index of the older kind, index of the later one, and True where there are twins, (B,) each.
     """
     believed = believe_kinds(state)
     mean, covariance = believed.mean, believed.covariance
@@ -168,13 +169,13 @@ def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
 def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: NDArray[np.intp]) -> State:
     """Merges two kinds of some observers into the older one.
 
-    The belief is that of one kind with all their things from the start.
+    The result is the belief as if all their things had belonged to one kind from the start.
     """
     if not len(rows):
         return state
     state = _copy_kinds(state)
     precision, information, mean, sd = (state[name] for name in ("precision", "information", "kind_mean", "kind_sd"))
-    # Both densities become one. That adds both priors, so that of the merged kind is subtracted.
+    # Both densities become one. This counts two priors, so the prior of the merged kind is subtracted.
     precision[rows, kept] += precision[rows, merged]
     precision[rows, :, kept] += precision[rows, :, merged]
     information[rows, kept] += information[rows, merged]
@@ -188,7 +189,7 @@ def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: 
 
 
 def close_gaps(state: State) -> State:
-    """Returns the state with the kinds of each observer first, in their order, without places that nobody uses."""
+    """Returns the state with the kinds of each observer moved to the first places; unused places are removed."""
     is_kind = state["is_kind"]
     order = np.argsort(~is_kind, axis=1, kind="stable")
     rows, places = np.arange(len(order))[:, None], np.argsort(order, axis=1)
@@ -200,7 +201,7 @@ def close_gaps(state: State) -> State:
 
 
 def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-    """Returns the state of some colours, renumbered in their order, and of some things, of no other colour."""
+    """Returns the state of the selected colours, renumbered in order, and of things that have no other colour."""
     state = {**state, **{name: state[name][:, list(things)] for name in _OF_THINGS}}
     remains = mark_kinds(state, colours).any(axis=1)
     state = close_gaps(remove_kinds(state, state["is_kind"] & ~remains))
@@ -210,7 +211,7 @@ def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) 
 
 
 def _forget_own(state: State, is_odd: Mask) -> State:
-    """Forgets own densities of things that are of the most populous kind of a colour, (B, T, C)."""
+    """Forgets own densities of things that are not odd, ``is_odd`` of shape (B, T, C)."""
     is_own = state["is_own"] & is_odd
     both = is_own[..., :, None] & is_own[..., None, :]
     own = {"own_mean": np.where(is_own, state["own_mean"], 0.0)}
@@ -219,7 +220,7 @@ def _forget_own(state: State, is_odd: Mask) -> State:
 
 
 def _mark_same_colours(state: State) -> Mask:
-    """Marks pairs of kinds of one colour, (B, K, K)."""
+    """Returns a mask of the pairs of kinds that share a colour, (B, K, K)."""
     colour, is_kind = state["kind_colour"], state["is_kind"]
     same: Mask = (colour[:, :, None] == colour[:, None, :]) & is_kind[:, :, None] & is_kind[:, None, :]
     return same

@@ -1,24 +1,26 @@
-"""Gate that infers after a lift whether an object is an odd member of its kind, of another kind, or of a new one.
+"""Gate that decides after a lift whether an object is odd, of another kind, or of a new kind.
 
-Before a lift the kind of an object follows a sticky Chinese restaurant process whose guests are objects. With N_k
-other objects of kind k, N their sum, and n the number of lifts in which the object was of its present kind z:
+Before a lift the kind of an object follows a sticky Chinese restaurant process whose guests are objects. Let N_k be
+the number of other objects of kind k, N their sum, and n the number of lifts in which the object was of its present
+kind z. Then
 
     g_k = N_k / (N + alpha),   g_new = alpha / (N + alpha)
     p(z) = (n + c g_z) / (n + c),   p(k) = c g_k / (n + c),   p(new) = c g_new / (n + c)
 
-A hypothesis h assigns a kind to each colour of the object. Under h the object's densities are S_h rho + delta, with
-S_h the selection of these kinds and delta ~ N(0, diag(kappa rho_hat)^2), rho_hat the kinds' means before the lift.
-The evidence of the measured torques has a closed form, and p(h) is proportional to prior times evidence. Only the
-present lift counts: if evidence for odd members were accumulated over lifts, every object would end as its own kind.
+A hypothesis h assigns a kind to each colour of the object. Under h the object's densities are S_h rho + delta, where
+S_h selects these kinds, delta ~ N(0, diag(kappa rho_hat)^2), and rho_hat are the kinds' means before the lift. The
+evidence of the measured torques has a closed form, and p(h) is proportional to prior times evidence. Only the present
+lift counts: if evidence of oddness were accumulated over lifts, every object would end up as a kind of its own.
 
-A further kind of a colour has a density N(ref, (s ref)^2), ref the root mean square of the density of the colour's
-most populous kind, sqrt(mean^2 + variance). There is no absolute scale, so the odds are invariant to a common factor
-of all densities. The breadth of a new kind is kappa times its posterior density under the hypothesis, as with the
-size of errors, since it is unknown before the lift. The first kind of a colour has the prior of all materials.
-Once a hypothesis is adopted a new kind starts with an SD of s times its density, the first with the prior's at least.
+A further kind of a colour has a density N(ref, (s ref)^2), where ref = sqrt(mean^2 + variance) is the root mean
+square density of the colour's most populous kind. There is no absolute scale, so the odds do not change if all
+densities are scaled. Since the density of a new kind is unknown before the lift, its breadth is kappa times its
+posterior density under the hypothesis; the size of errors is evaluated in the same way. The first kind of a colour
+has the prior of all materials. Once adopted, a new kind starts with an SD of s times its density; the first kind's SD
+is at least the prior's.
 
-kappa is the breadth of a category and acts only here; the effect of a lift on a kind's mean is determined by the
-scatter of objects within a material (``Prior.deviation``). They are two numbers, not one generative model.
+kappa, the breadth of a category, acts only here. How far a lift moves a kind's mean depends on the scatter of objects
+within a material (``Prior.deviation``). The two parameters do not belong to one generative model.
 """
 
 import itertools
@@ -43,38 +45,42 @@ from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
 from affordance.belief.rows import get_felt, set_felt
 
-# Change of a density, over the reference, at which the breadth of a new kind has converged; largest number of passes.
+# Relative change in density below which the breadth of a new kind has converged; largest number of passes.
 _SETTLED, _MAX_PASSES = 1e-5, 50
 
 
 class Hypotheses(NamedTuple):
-    """Hypotheses of positive probability about the kinds of an object with m colours, N of all observers.
+    """Hypotheses of positive probability about the kinds of an object with m colours, N in total for all observers.
 
-    Those of an observer follow each other, and are a product over its colours.
+    The hypotheses of an observer are consecutive; they are all combinations of kinds over the object's colours.
     """
 
-    observers: NDArray[np.intp]  # number of the observer of each, (N,)
-    kinds: NDArray[np.intp]  # index of the kind of each colour, (N, m); K and more, one per colour, are new
+    observers: NDArray[np.intp]  # number of the observer of each hypothesis, (N,)
+    kinds: NDArray[np.intp]  # index of each colour's kind, (N, m); indices from K on, one per colour, are new kinds
     probability: Array  # probability before the lift, (N,)
-    densities: Normals  # of the object under the hypothesis, (N, m)
-    founded: Mask  # columns whose kind is new and not the first of its colour, (N, m)
+    densities: Normals  # densities of the object under the hypothesis, (N, m)
+    founded: Mask  # True where the kind is new but not the first of its colour, (N, m)
 
 
 class Verdicts(NamedTuple):
-    """Hypotheses after a lift."""
+    """Hypotheses with their posterior probabilities after a lift."""
 
-    hypotheses: Hypotheses  # with the breadth of new kinds evaluated after the lift
+    hypotheses: Hypotheses  # hypotheses, with the breadth of new kinds evaluated after the lift
     probability: Array  # probability after the lift, (N,)
     log_evidence: Array  # log probability density of what was felt under the hypothesis, (N,)
-    likelihood: Likelihood  # of the object's densities, with the size of errors evaluated under the hypothesis
+    likelihood: Likelihood  # likelihood of the object's densities, with errors evaluated under the hypothesis
     posterior: Normals  # belief about the object's densities after the lift, (N, m)
 
 
 def compute_kind_probabilities(counts: Array, concentration: Array, switching: Array, num_lifts: Array) -> Array:
     """Computes the probabilities of K kinds of a colour and, last, of a new one, before a lift, (B, K + 1).
 
-    Counts, (B, K), are of the other objects of each kind. The object was in its last ``num_lifts``, (B, K), of a
-    kind, which is zero for all but one kind, or for all if it was never lifted.
+    Args:
+        counts: Number of other objects of each kind, (B, K).
+        concentration: Concentration alpha, (B,).
+        switching: Lifts of evidence c that a change of kind needs, (B,).
+        num_lifts: Number of consecutive last lifts in which the object was of each kind, (B, K); zero for all kinds
+            but the present one.
     """
     guests = np.column_stack([counts, concentration])
     shares = guests / guests.sum(axis=1)[:, None]
@@ -87,11 +93,12 @@ def compute_kind_probabilities(counts: Array, concentration: Array, switching: A
 def predict_new(state: State, colours: tuple[int, ...]) -> tuple[list[KindPrior], Mask]:
     """Predicts the density of a new kind of each colour.
 
-    The prior holds for the first kind of a colour. The scale of a further one is the root mean square of the mean
-    density of the most populous kind, which equals the mean if that is well known: the mean alone gives no scale for
-    a kind that was hardly felt, as errors may bring it near zero.
+    The first kind of a colour has the prior. The scale of a further kind is the root mean square of the mean density
+    of the most populous kind, which equals the mean if that is well known. The mean alone would not do: errors may
+    bring the mean of a kind that was hardly felt close to zero.
 
-    Returns: Prior of each colour's new kind; and True where it is a further one, (B, colours).
+    Returns:
+        Prior of each colour's new kind, and True where it is a further kind, (B, colours).
     """
     believed, populous = believe_kinds(state), find_most_populous(state, colours)
     is_further = (mark_kinds(state, colours) & (count_things(state) > 0)[:, None, :]).any(axis=2)
@@ -108,10 +115,16 @@ def predict_new(state: State, colours: tuple[int, ...]) -> tuple[list[KindPrior]
 def predict_densities(
     state: State, seen: Seen, observers: NDArray[np.intp], kinds: NDArray[np.intp], scatter_sd: Array
 ) -> Normals:
-    """Predicts m densities of an object of given kinds, S rho + delta, or its own densities where it has these.
+    """Predicts an object's m densities for given kinds: S rho + delta, or its own densities if it is odd.
 
-    An object's own densities have drifted since its last lift. Kinds are of N observers, (N, m), and so is the SD of
-    delta, (N, m), [kg/m^3].
+    An odd object's own densities have drifted since its last lift.
+
+    Args:
+        state: State of the observers.
+        seen: Object.
+        observers: Number of the observer of each of N hypotheses, (N,).
+        kinds: Kind of each colour, (N, m).
+        scatter_sd: SD of delta, (N, m), [kg/m^3].
     """
     believed, m = believe_kinds(state), len(seen.colours)
     rows = observers[:, None]
@@ -127,9 +140,10 @@ def predict_densities(
 
 
 def list_hypotheses(state: State, seen: Seen) -> Hypotheses:
-    """Lists hypotheses about an object: for K_i kinds of each of its colours a product of K_i + 1.
+    """Lists the hypotheses about an object: all combinations of a known or new kind for each of its colours.
 
-    The state has room for the thing, and at its end a new kind for each of the object's colours.
+    A colour with K_i kinds has K_i + 1 candidates. The state must have room for the thing and, in its last places, a
+    new kind for each of the object's colours.
     """
     rows, m = np.arange(len(seen.things)), len(seen.colours)
     first_new = state["is_kind"].shape[1] - m
@@ -162,10 +176,11 @@ def list_hypotheses(state: State, seen: Seen) -> Hypotheses:
 
 
 def weigh(state: State, seen: Seen, find_likelihood: FindLikelihood) -> Verdicts:
-    """Weighs all hypotheses about an object by the evidence of what is felt; the last of each colour is new.
+    """Computes posterior probabilities of all hypotheses about an object from what is felt.
 
-    The evidence is that of unrestricted normal distributions, as in a trial's p-value. The cost is a search for the
-    likelihood and O(m^3) for each hypothesis about m colours, and some more searches for each with a further kind.
+    The evidence is that of unrestricted normal distributions, as for a trial's p-value. Each hypothesis about m
+    colours costs one search for the likelihood and O(m^3); each hypothesis with a further kind costs some more
+    searches.
     """
     new, _ = predict_new(state, seen.colours)
     everywhere = np.ones((len(seen.things), len(seen.colours)), dtype=bool)
@@ -186,11 +201,13 @@ def settle_breadth(
 ) -> tuple[Hypotheses, Likelihood, Normals]:
     """Evaluates the breadth of new kinds at the posterior density under each hypothesis, by iteration.
 
-    Each pass uses the density of the pass before, the first that before the lift. If the object is denser than the
-    reference, the passes rise towards the measured density without exceeding it; if it is less dense they converge
-    within a few, as the breadth is a small part of the spread. Without a further kind one pass suffices.
+    Each pass uses the density of the previous pass; the first uses the density before the lift. If the object is
+    denser than the reference, the passes rise towards the measured density without exceeding it. If it is less dense
+    they converge within a few passes, as the breadth is a small part of the spread. Without a further kind one pass
+    suffices.
 
-    Returns: Hypotheses with these breadths, likelihoods, and beliefs about the object's densities after the lift.
+    Returns:
+        Hypotheses with these breadths, likelihoods, and beliefs about the object's densities after the lift.
     """
     observers, founded, mean = hypotheses.observers, hypotheses.founded, hypotheses.densities.mean
     covariance, rho = hypotheses.densities.covariance.copy(), mean.copy()
@@ -217,7 +234,7 @@ def settle_breadth(
 def adopt(
     state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp], find_likelihood: FindLikelihood
 ) -> Lesson:
-    """Adopts a verdict of ``weigh`` for each observer, by its number, (B,), and learns from the lift."""
+    """Learns from the lift under the verdict of ``weigh`` chosen for each observer (its index), (B,)."""
     hypotheses, rows, m = verdicts.hypotheses, np.arange(len(chosen)), len(seen.colours)
     kinds, founded, belief = hypotheses.kinds[chosen], hypotheses.founded[chosen], hypotheses.densities.take(chosen)
     likelihood, posterior = verdicts.likelihood.take(chosen), verdicts.posterior.take(chosen)
@@ -235,7 +252,7 @@ def adopt(
     thing = rows, seen.things
     lifts = state["num_lifts"][thing][:, :m]
     same = (lifts > 0) & (state["thing_kind"][thing][:, :m] == kinds)
-    # The deviation from other kinds is another.
+    # If the kinds changed, so did the deviation from them: earlier lifts say nothing about the new one.
     stays = same.all(axis=1).astype(float)
     felt = get_felt(state, seen)
     felt = felt._replace(
@@ -269,11 +286,12 @@ def _start_broadly(
     find_likelihood: FindLikelihood,
     spread: Array,
 ) -> tuple[Normals, Likelihood, Normals]:
-    """Sets the SD of new kinds to s times the larger of reference and posterior, at least, and conditions anew.
+    """Sets the SD of new kinds to at least s times the larger of reference and posterior, and conditions again.
 
-    The adopted hypothesis needs no gate: with an SD of s times the reference alone, an object many times as dense
-    would be underestimated lift after lift. The first kind of a colour has the SD of the prior at least; with that
-    alone a dense family would be believed too light by a share that a light one would not.
+    The adopted hypothesis no longer has to pass the gate. With an SD of s times the reference alone, an object many
+    times as dense would be underestimated in lift after lift. The SD of a colour's first kind is at least the
+    prior's; with the prior's SD alone, dense materials would be underestimated by a fraction that light ones would
+    not.
     """
     rows = np.flatnonzero(is_new.any(axis=1))
     if not len(rows):

@@ -1,9 +1,9 @@
-"""Learner with kinds, which distinguishes odd members of a material from objects of another kind.
+"""Learner that distinguishes odd members of a material from objects of another kind.
 
-Before a lift, the belief about an object that was lifted before is the density of its kind, or its own; about a new
-object it is that of the most populous kind of its colour. After a lift the gate (``kinds_gate``) computes the
-probabilities of the kinds of the object, the most probable hypothesis or a random one is adopted, and its kinds are
-updated by Bayes' rule.
+Before a lift, the belief about a new object is that about the most populous kind of its colour. For an object that
+was lifted before, it is that about its kind or, if the object is odd, about its own density. After a lift, the gate
+(``kinds_gate``) computes the probability of each hypothesis about the object's kinds. The learner adopts the most
+probable hypothesis or draws one at random, and updates the adopted kinds by Bayes' rule.
 """
 
 import enum
@@ -35,7 +35,7 @@ from affordance.belief.normals import Normals
 from affordance.belief.rows import get_felt
 from affordance.files.constraints import Setting, Within
 
-# Bounds of the gate's numbers, dimensionless.
+# Bounds of the gate's parameters, dimensionless.
 _POSITIVE = Within(1e-9, 1e9)
 
 
@@ -43,29 +43,29 @@ class Pick(enum.Enum):
     """Rule by which a hypothesis about an object's kinds is adopted."""
 
     MAP = "map"  # the most probable one, for a working arm
-    DRAWN = "drawn"  # one drawn by its probability, to simulate people
+    DRAWN = "drawn"  # a random one, drawn with its posterior probability, to simulate people
 
 
-# Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick: 0.224, 95 %
-# interval 0.192 to 0.248, and 0.254, 0.196 to 0.310 (`affordance study people`; docs/decisions/0026-kinds.md).
+# Breadth of a category divided by its mean density, fitted to two groups of people for each way to pick: 0.224 (95 %
+# interval 0.192 to 0.248) and 0.254 (0.196 to 0.310); `affordance study people`, docs/decisions/0026-kinds.md.
 KAPPA = {Pick.MAP: 0.22, Pick.DRAWN: 0.25}
 _LABELS = {Pick.MAP: "kinds, most probable", Pick.DRAWN: "kinds, drawn"}
 
 
 class Kinds(Learner):
-    """Learner with one or more kinds for each colour; its state is described in ``kinds``."""
+    """Learner with one or more kinds for each colour; ``kinds`` describes its state."""
 
     @dataclass(frozen=True)
     class Parameters:
         """Parameters of the gate.
 
         Attributes:
-            kappa: Breadth of a category over its mean density.
+            kappa: Breadth of a category divided by its mean density.
             concentration: Concentration alpha of new kinds, in objects.
             switching: How many lifts of evidence an object needs before it changes its kind (c).
-            own_drift: Standard deviation of the change of an object's own density from one of its lifts to the next,
-                over its mean; for objects that have a density of their own.
-            spread: Ratio s of the SD of a further kind's density to the root mean square of the most populous kind's.
+            own_drift: Standard deviation of the change in an object's own density between two of its lifts, divided
+                by the density; only for odd objects, which have a density of their own.
+            spread: SD of a new kind's density divided by the root mean square density of the most populous kind (s).
         """
 
         kappa: Annotated[
@@ -83,7 +83,7 @@ class Kinds(Learner):
             float,
             Within(0.0, 10.0),
             Setting(
-                "1", "none; .07, that of a felt weight, was proposed after groups that are now held out had been seen"
+                "1", "none; .07, as for a felt weight, was proposed after groups that are now held out had been seen"
             ),
         ] = 0.0
         spread: Annotated[
@@ -91,7 +91,7 @@ class Kinds(Learner):
         ] = 2.0
 
     def __init__(self, pick: Pick | str = Pick.MAP, **parameters: Any) -> None:
-        """Sets the way to pick a hypothesis, and parameters by name; kappa is the one that was fitted with it."""
+        """Sets the way to pick a hypothesis, and parameters by name; kappa's default was fitted for this way."""
         self.pick = check_member("pick", pick, Pick)
         super().__init__(**{"kappa": KAPPA[self.pick], **parameters})
 
@@ -126,7 +126,7 @@ class Kinds(Learner):
 
     @override
     def believe(self, state: State) -> Normals:
-        """Returns the belief about new objects of each colour, which is that about its most populous kind."""
+        """Returns the belief about new objects of each colour: that about the colour's most populous kind."""
         common = self._find_common(state)
         believed, rows = believe_kinds(state), np.arange(len(common))[:, None]
         covariance = believed.covariance[rows[:, :, None], common[:, :, None], common[:, None, :]]
@@ -144,16 +144,17 @@ class Kinds(Learner):
 
     @override
     def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
-        """Infers the kinds of the object, and learns from the lift.
+        """Infers the kinds of the object, and updates them with the lift.
 
-        The cost is a weighing of all hypotheses (``kinds_gate``) and O(K^3) for K kinds, for any number of lifts.
+        The cost is that of weighing all hypotheses (``kinds_gate``) plus O(K^3) for K kinds, and does not grow with
+        the number of lifts.
         """
         state = make_room_for_thing(state, seen)
         verdicts = weigh(state, seen, find_likelihood)
         return adopt(state, seen, verdicts, self.pick_verdicts(verdicts, len(seen.things), rng), find_likelihood)
 
     def pick_verdicts(self, verdicts: Verdicts, size: int, rng: Draws) -> NDArray[np.intp]:
-        """Picks a verdict for each of B observers, by its number among all, (B,)."""
+        """Picks one verdict for each of B observers; returns its index among all verdicts, (B,)."""
         observers = verdicts.hypotheses.observers
         first = np.searchsorted(observers, np.arange(size))
         places = np.arange(len(observers)) - first[observers]
@@ -161,7 +162,7 @@ class Kinds(Learner):
         probability[observers, places] = verdicts.probability
         if self.pick is Pick.MAP:
             return first + probability.argmax(axis=1)
-        # In the arithmetic of numpy.random.Generator.choice.
+        # Same arithmetic as numpy.random.Generator.choice.
         cumulative = probability.cumsum(axis=1)
         cumulative /= cumulative[:, -1:]
         below: NDArray[np.intp] = (cumulative <= rng.random((size,))[:, None]).sum(axis=1)
@@ -169,7 +170,7 @@ class Kinds(Learner):
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Adds a colour with a kind, which starts with the prior, unless a known colour is the most probable one."""
+        """Adds a colour with one kind that has the prior, unless a known colour is the most probable one."""
         best, M = int(probabilities.argmax()), len(probabilities) - 1
         if best < M:
             return state, best
@@ -198,7 +199,7 @@ class Kinds(Learner):
 
     @override
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
-        """Finds the kind of an object in each of its colours, the most populous one for a new object, (B, m)."""
+        """Returns the kind of an object in each of its colours, for a new object the most populous one, (B, m)."""
         state = make_room_for_thing(state, seen)
         thing = np.arange(len(seen.things)), seen.things
         is_known = (state["num_lifts"][thing] > 0)[:, : len(seen.colours)]
@@ -206,5 +207,5 @@ class Kinds(Learner):
         return np.where(is_known, own, find_most_populous(state, seen.colours))
 
     def _find_common(self, state: State) -> NDArray[np.intp]:
-        """Finds the most populous kind of every colour, (B, M); every colour has a kind."""
+        """Returns the most populous kind of every colour, (B, M); every colour has a kind."""
         return find_most_populous(state, range(int(state["kind_colour"].max(initial=-1)) + 1))

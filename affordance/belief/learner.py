@@ -1,8 +1,8 @@
-"""Learner of densities: what it must do, for many observers at once.
+"""Interface that every learner of densities implements, for many observers at once.
 
-A learner is an object without state. Everything that an observer remembers is in a ``State``, arrays by name, each
-with a leading dimension of B observers (or particles; the arm is one observer). So a state is kept and restored as it
-is, and rows of it are observers. What is of another length for each observer is padded with zeros.
+A learner object holds parameters only. Everything that an observer remembers is in a ``State``: named arrays whose
+first dimension is that of B observers (or particles; an arm is a single observer). A state can thus be stored and
+restored unchanged, and its rows are observers. Where lengths differ between observers, arrays are padded with zeros.
 """
 
 import importlib
@@ -25,48 +25,50 @@ from affordance.files.constraints import check_fields
 
 
 class Draws(Protocol):
-    """Random numbers, as of ``numpy.random.Generator``, of which row b is of observer b."""
+    """Random numbers with the interface of ``numpy.random.Generator``; row b belongs to observer b."""
 
     def random(self, size: tuple[int, ...], /) -> Array:
-        """Draws uniform numbers in [0, 1), the first dimension that of observers."""
+        """Draws uniform numbers in [0, 1); the first dimension is that of observers."""
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
-        """Draws standard normal numbers, the first dimension that of observers."""
+        """Draws standard normal numbers; the first dimension is that of observers."""
 
 
 class FindLikelihood(Protocol):
-    """Function that finds the likelihood of what is felt of an object.
+    """Function that computes the likelihood of what is felt of an object.
 
-    Errors that grow with torque are evaluated at the densities believed after it, so that it depends on the belief
-    before it.
+    Errors that grow with torque are evaluated at the posterior densities, so the likelihood depends on the belief
+    before the lift.
     """
 
     def __call__(self, normals: Normals, observers: NDArray[np.intp] | None = None) -> Likelihood:
-        """Finds the likelihoods for N beliefs about an object's m densities.
+        """Computes the likelihoods for N beliefs about an object's m densities.
 
-        Each belief is of the observer with its number in ``observers``, (N,); None for each observer in order.
+        Args:
+            normals: Beliefs before the lift, (N, m).
+            observers: Number of the observer who holds each belief, (N,); None if belief b belongs to observer b.
         """
 
 
 class Lesson(NamedTuple):
-    """Result of learning from a lift: state, and belief about the object's own densities with their likelihood."""
+    """Result of learning from a lift: the new state, and the belief about the object's own densities."""
 
     state: State
-    densities: Normals  # (B, m)
-    likelihood: Likelihood  # of m densities, for B observers
+    densities: Normals  # posterior of the object's own densities, (B, m)
+    likelihood: Likelihood  # likelihood of these densities, for B observers
 
 
 class Groups(NamedTuple):
-    """Groups of objects, K at most for an observer, of which a learner believes a mean density each.
+    """Groups of objects that share a mean density, at most K for each observer.
 
-    A learner with one density for each colour has a group for each colour.
+    A learner with one density for each colour has one group for each colour.
     """
 
-    means: Normals  # of the mean densities, (B, K)
+    means: Normals  # mean density of each group, (B, K)
     colours: NDArray[np.intp]  # index of the colour of each group, (B, K)
-    common: NDArray[np.intp]  # index of the group of new objects of each of M colours, (B, M)
-    # What a learner knows that judges itself whether an object is odd: numbers of objects, and each group's mean and
-    # SD before its first lift, (B, K) each; None for any other learner.
+    common: NDArray[np.intp]  # index of the group that a new object of each of M colours joins, (B, M)
+    # For learners that decide themselves whether an object is odd: number of objects, and mean and SD before the
+    # first lift of each group, (B, K) each. None for other learners.
     counts: NDArray[np.intp] | None = None
     prior_mean: Array | None = None
     prior_sd: Array | None = None
@@ -75,9 +77,9 @@ class Groups(NamedTuple):
 class Learner(ABC):
     """Learner of densities.
 
-    A subclass declares its parameters once, as fields of a frozen dataclass ``Parameters`` inside of it, such as
-    ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. The value of each is a number, or a
-    sequence with one for each observer.
+    A subclass declares its parameters as fields of a nested frozen dataclass ``Parameters``, such as
+    ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. The value of a parameter is one number
+    for all observers, or a sequence with one number for each observer.
 
     Example:
         >>> from affordance import start_memory
@@ -91,12 +93,12 @@ class Learner(ABC):
         """Parameters of a learner that has none."""
 
     def __init_subclass__(cls) -> None:
-        """Reads annotations that are texts, as in a file that postpones them, for processes without that file."""
+        """Resolves annotations that are strings, so that processes without the defining file can read them."""
         super().__init_subclass__()
         cls.Parameters.__annotations__ = get_type_hints(cls.Parameters, include_extras=True)
 
     def __init__(self, **parameters: Any) -> None:
-        """Checks the parameters, given by name; any other name or value raises a BadArgumentError."""
+        """Checks the parameters, given by name; an unknown name or an invalid value raises a BadArgumentError."""
         self.parameters: Any = _check_parameters(self, parameters)
 
     @property
@@ -111,23 +113,23 @@ class Learner(ABC):
 
     @property
     def fitted(self) -> tuple[str, ...]:
-        """Names of the parameters that are fitted to people unless others are asked for: all unless overridden."""
+        """Names of the parameters that are fitted to people by default: all unless overridden."""
         return tuple(_list_values(self.parameters))
 
     @property
     def sums_evidence(self) -> bool:
-        """True if what is believed of means is the prior and the sum of what was felt of each thing.
+        """True if the belief about means is the prior plus a sum of independent evidence from each thing.
 
-        A thing can then be left out.
+        The evidence from a single thing can then be left out.
         """
         return False
 
     def change(self, **parameters: Any) -> Self:
-        """Returns the learner with other values of some parameters."""
+        """Returns the learner with new values for some parameters."""
         return type(self)(**{**_list_values(self.parameters), **parameters})
 
     def of_observers(self, observers: Sequence[int]) -> Self:
-        """Returns the learner of some observers, by number: of each parameter with a value by observer, theirs."""
+        """Returns the learner of some observers, selected by number, with their values of each parameter."""
         values = _list_values(self.parameters)
         own = {name: each for name, each in values.items() if isinstance(each, tuple)}
         for name, each in own.items():
@@ -148,7 +150,7 @@ class Learner(ABC):
         return f"{self.name}({values})"
 
     def to_plain(self) -> Any:
-        """Describes the learner for files: by its name, with its parameters if they are not the usual ones."""
+        """Returns the description for files: the name, plus all parameters unless every one has its usual value."""
         return self.name if self == self.usual else {"name": self.name, **_list_values(self.parameters)}
 
     @property
@@ -161,10 +163,10 @@ class Learner(ABC):
         """Returns the state of B observers without experience.
 
         Args:
-            rng: Random numbers, for observers that differ.
+            rng: Random numbers, for learners whose observers differ from the start.
             parameters: ``Parameters`` of this learner.
             prior: Prior of materials that were never lifted; ``describe_start`` puts it into the state.
-            num_colours: Number of colours M that are known.
+            num_colours: Number M of known colours.
             size: Number of observers B.
         """
 
@@ -178,56 +180,62 @@ class Learner(ABC):
 
     @abstractmethod
     def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
-        """Learns from a lift; discrete choices draw one uniform number per observer from ``rng``."""
+        """Updates the state after a lift; each discrete choice draws one uniform number per observer from ``rng``."""
 
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Returns the state with another colour, and the colour's index.
+        """Returns the state after a colour was seen, and the index of that colour.
 
-        The probabilities are those of each of the M known colours and, last, of a new one, (M + 1,). A known index is
-        returned with the state as it is.
+        Args:
+            state: State of the observers.
+            probabilities: Probability that the colour is each of M known ones or, last, a new one, (M + 1,).
+
+        Returns:
+            State with a new colour and its index M, or the unchanged state and the index of a known colour.
         """
-        raise AffordanceError(f"{self.name} met a colour after its start, which takes a method 'meet'")
+        raise AffordanceError(f"{self.name} met a new colour after its start, which needs a method 'meet'")
 
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        """Returns the state of some colours, in their order, and of some things, which have no other colour."""
-        raise AffordanceError(f"{self.name} has to forget a colour, which takes a method 'select'")
+        """Returns the state of the selected colours, in the given order, and of things that have no other colour."""
+        raise AffordanceError(f"{self.name} has to forget a colour, which needs a method 'select'")
 
     def get_felt(self, state: State, seen: Seen) -> Likelihood | None:
-        """Returns the sum of what was felt of a thing's own densities; None for a learner that does not keep it."""
+        """Returns the summed likelihood of a thing's own densities; None if the learner does not store it."""
         return None
 
     def group(self, state: State) -> Groups:
-        """Returns the groups of objects that the learner keeps apart: one for each colour unless overridden."""
+        """Returns the groups of objects that the learner distinguishes: one for each colour unless overridden."""
         means = self.believe(state)
         colours = np.broadcast_to(np.arange(means.mean.shape[1]), means.mean.shape)
         return Groups(means, colours, colours)
 
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
-        """Finds the group of an object in each of its colours, (B, m)."""
+        """Returns the index of an object's group in each of its colours, (B, m)."""
         return np.broadcast_to(np.array(seen.colours, dtype=np.intp), (len(seen.things), len(seen.colours)))
 
 
 def check_learner(name: str, value: Any) -> Learner:
-    """Returns a learner, or that of a name; anything else raises a BadArgumentError."""
+    """Returns a learner, looked up if its name is given; any other value raises a BadArgumentError."""
     if isinstance(value, Learner):
         return value
     if isinstance(value, type) and issubclass(value, Learner):
         return value()
     if not isinstance(value, str):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a Learner or the name of one")
-    known: Mapping[str, Learner] = importlib.import_module("affordance.belief.learners").LEARNERS  # which need this
+    known: Mapping[str, Learner] = importlib.import_module(
+        "affordance.belief.learners"
+    ).LEARNERS  # it imports this file
     if value not in known:
         raise BadArgumentError(name, "", describe_choice(value, known))
     return known[value]
 
 
 def describe_start(parameters: Any, prior: Prior, size: int) -> State:
-    """Returns prior and parameters as a part of the state of B observers, (B,) each."""
+    """Returns the entries of a state that hold prior and parameters, (B,) each."""
     return {**describe_prior(prior, size), **{name: np.full(size, v) for name, v in _list_values(parameters).items()}}
 
 
 def describe_prior(prior: Prior, size: int) -> State:
-    """Returns the prior as a part of the state of B observers, (B,) each."""
+    """Returns the entries of a state that hold the prior, (B,) each."""
     values = {"prior_mode": prior.mode, "prior_sd": prior.sd, "deviation": prior.deviation}
     return {name: np.full(size, value) for name, value in values.items()}
 
@@ -235,12 +243,12 @@ def describe_prior(prior: Prior, size: int) -> State:
 def _check_parameters(learner: Learner, given: Mapping[str, Any]) -> Any:
     kind = learner.Parameters
     if not is_dataclass(kind):
-        raise BadArgumentError(learner.name, "Parameters", "is no dataclass, must be a frozen one")
+        raise BadArgumentError(learner.name, "Parameters", "is not a dataclass, must be a frozen one")
     parameters: Any = kind()
     for name, value in given.items():
         if name not in _list_values(parameters):
             known = ", ".join(_list_values(parameters)) or "none"
-            raise BadArgumentError(learner.name, name, f"is no parameter; known are {known}")
+            raise BadArgumentError(learner.name, name, f"is not a parameter; known are {known}")
         several = isinstance(value, np.ndarray | list | tuple)
         checked = tuple(_check_value(kind, name, each) for each in (value if several else [value]))
         parameters = replace(parameters, **{name: checked if several else checked[0]})

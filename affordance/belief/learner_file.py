@@ -1,4 +1,4 @@
-"""Learners named on the command line: those of the program by name, one's own as ``FILE.py:CLASS``."""
+"""Loads learners that are named on the command line: built-in ones by name, a user's own as ``FILE.py:CLASS``."""
 
 import inspect
 from pathlib import Path
@@ -12,10 +12,10 @@ _OPTION = "--learner"
 
 
 def load_learner(word: str) -> Learner:
-    """Returns the learner of a name, or that of a class in a Python file, which is run.
+    """Returns the learner with a name, or runs a Python file and returns the learner of a class in it.
 
     Raises:
-        BadValueError: There is no such learner, file or class, the file cannot be run, or the class is no learner.
+        BadValueError: There is no such learner, file or class, the file fails to run, or the class is not a learner.
     """
     known = {**LEARNERS, **RIVALS}
     if word in known:
@@ -23,7 +23,7 @@ def load_learner(word: str) -> Learner:
     file, _, name = word.rpartition(":")
     if not file.endswith(".py"):
         example = f"{word}:CLASS" if word.endswith(".py") else "FILE.py:CLASS"
-        raise BadValueError(_OPTION, "", f"{describe_choice(word, known)}, or one's own, as {example}")
+        raise BadValueError(_OPTION, "", f"{describe_choice(word, known)}, or your own, as {example}")
     module = load_program(Path(file), _OPTION)
     own = [each for each, value in vars(module).items() if _is_own_learner(value, module.__name__)]
     found = getattr(module, name, None)
@@ -34,7 +34,9 @@ def load_learner(word: str) -> Learner:
         raise BadValueError(Path(file), name, f"has no method {missing[0]!r}, which a learner must have")
     learner = found()
     if learner.name in known:
-        raise BadValueError(Path(file), name, f"is named {learner.name!r}, as a learner of the program, must not be")
+        raise BadValueError(
+            Path(file), name, f"is named {learner.name!r}, the name of a built-in learner; must be unique"
+        )
     return learner
 
 

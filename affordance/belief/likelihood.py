@@ -1,4 +1,4 @@
-"""Quadratic log likelihoods: of densities, and of the ten inertial parameters of a body."""
+"""Quadratic log likelihoods of densities, and of the ten inertial parameters of a body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,60 +9,60 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 
-# Share of the largest eigenvalue of a precision below which eigenvalues carry no information.
+# Eigenvalues of a precision below this share of the largest one carry no information.
 SEEN = 1e-12
 
 
 class Likelihood(NamedTuple):
     """Log likelihood log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant of M densities rho.
 
-    All arrays may have leading dimensions, as one for observers.
+    All arrays may have leading dimensions, for example one for observers.
     """
 
     precision: Array  # P, shape (..., M, M)
     information_vector: Array  # q, shape (..., M)
     log_constant: float | Array  # log probability density of the data if all densities are zero, shape (...,)
-    # Log probability density of data without error, the largest possible, for p-values, shape (...,).
+    # Log probability density of error-free data, the largest possible value, for p-values, shape (...,).
     log_peak: float | Array = np.nan
-    num_values: int = 0  # that were measured
+    num_values: int = 0  # number of measured values
 
     @classmethod
     def stack(cls, likelihoods: "Sequence[Likelihood]") -> "Likelihood":
-        """Stacks likelihoods along a new first dimension; each is of as many values as the first."""
+        """Stacks likelihoods along a new first dimension; all must have as many measured values as the first."""
         P, q, log_constant, log_peak = (
             np.array(each) for each in zip(*(one[:4] for one in likelihoods), strict=True)
         )
         return cls(P, q, log_constant, log_peak, likelihoods[0].num_values)
 
     def take(self, rows: Any) -> "Likelihood":
-        """Returns the entries of an index, or of several, along the first dimension."""
+        """Returns the entries at one or several indices along the first dimension."""
         shape = self.information_vector.shape[:-1]
         log_constant, log_peak = (np.broadcast_to(each, shape)[rows] for each in self[2:4])
         P, q = self.precision[rows], self.information_vector[rows]
         return Likelihood(P, q, log_constant, log_peak, self.num_values)
 
     def put(self, rows: NDArray[np.intp], other: "Likelihood") -> "Likelihood":
-        """Returns the likelihoods with others in some rows of the first dimension."""
+        """Returns a copy in which some rows of the first dimension are replaced."""
         P, q, log_constant, log_peak = (np.array(each) for each in self[:4])
         for array, new in zip((P, q, log_constant, log_peak), other[:4], strict=True):
             array[rows] = new
         return Likelihood(P, q, log_constant, log_peak, other.num_values)
 
     def select(self, columns: Sequence[int]) -> "Likelihood":
-        """Returns the likelihood of some of the densities, where the others do not matter."""
+        """Returns the likelihood of some densities, for data that do not depend on the others."""
         chosen = list(columns)
         P, q = self.precision[(..., *np.ix_(chosen, chosen))], self.information_vector[..., chosen]
         return self._replace(precision=P, information_vector=q)
 
     def embed(self, columns: "Sequence[int] | NDArray[np.intp]", size: int) -> "Likelihood":
-        """Returns the likelihood of ``size`` densities, of which ``columns``, (..., M), are these."""
+        """Returns the likelihood as one of ``size`` densities, where ``columns``, (..., M), are the present ones."""
         S = (np.asarray(columns, dtype=np.intp)[..., None] == np.arange(size)).astype(float)
         St = np.swapaxes(S, -1, -2)
         information_vector = np.matvec(St, self.information_vector)
         return self._replace(precision=St @ self.precision @ S, information_vector=information_vector)
 
     def add(self, other: "Likelihood") -> "Likelihood":
-        """Returns the likelihood of both data."""
+        """Returns the joint likelihood of two independent data sets."""
         return Likelihood(
             self.precision + other.precision,
             self.information_vector + other.information_vector,
@@ -74,16 +74,16 @@ class Likelihood(NamedTuple):
     def estimate_densities(self) -> Array:
         """Estimates the densities from these data alone, (..., M), [kg/m^3].
 
-        The estimate is the most likely one where the data determine each density. Where they do not, as with a torque
-        that shows a weighted sum of two densities, it is as near as possible to a density common to all parts: the
-        posterior mean under N(r, r'^2) for each, with r the common density that fits best and r' the root mean square
-        of what the data tell of it. An SD as large as the density is the least informative one of a positive density
-        that is known by its mean. The estimate depends on nothing but the summed data, so neither on their order nor
-        on a belief, and is multiplied by a factor if all densities are.
+        Where the data determine every density, this is the maximum likelihood estimate. Where they do not (one
+        torque, for example, shows only a weighted sum of two densities), the estimate stays close to a density r that
+        is common to all parts: it is the posterior mean under N(r, r'^2) for each density. Here r is the common
+        density that fits best, and r' is the root mean square of what the data say about it. An SD equal to the
+        density is the least informative choice for a positive density with a known mean. The estimate depends on the
+        summed data only, not on their order or on any belief, and it scales with the densities.
         """
         P, q = self.precision, self.information_vector
         largest = np.trace(P, axis1=-2, axis2=-1)
-        # A weighted sum that vanishes for equal densities tells nothing of a common density.
+        # A weighted sum that vanishes for equal densities says nothing about a common density.
         common = np.maximum(P.sum(axis=(-2, -1)), np.maximum(SEEN * largest, np.finfo(float).tiny))
         mean: Array = q.sum(axis=-1) / common
         if q.shape[-1] == 1:
@@ -96,17 +96,18 @@ class Likelihood(NamedTuple):
     def marginalise_deviation(self, deviation: float | Array, earlier: "Likelihood | None" = None) -> "Likelihood":
         """Returns the likelihood of material means mu with rho = mu + delta, delta ~ N(0, diag(deviation rho_hat)^2).
 
-        rho_hat is the estimate of the object's densities from these data alone, and no belief, so that the likelihood
-        is the same whatever was learned before. Its own error matters little: where the data determine a density it
-        is at most about as large as the error of the data, which the likelihood has anyway. The constant is dropped:
-        the evidence of a trial is that of the object's own densities.
+        rho_hat is ``estimate_densities`` from these data alone, so the likelihood does not depend on what was learned
+        before. The error of rho_hat matters little: where the data determine a density, it is at most about as large
+        as the error of the data, which the likelihood includes anyway. The constant is dropped, because the evidence
+        of a trial is computed from the object's own densities.
 
         Args:
-            deviation: Scatter of objects within a material, as a fraction of the density: a number, or one for each
+            deviation: Scatter of objects within a material, as a fraction of the density: one number, or one for each
                 entry along the leading dimensions.
-            earlier: Sum of the likelihoods of earlier trials with the same object, whose deviation is the same. Given
-                these, the result is what this trial adds: the likelihood of all trials in place of that of the
-                earlier ones. It may be negative, as a trial may show that the object is denser than it seemed.
+            earlier: Sum of the likelihoods of earlier trials with the same object, which has the same delta in all
+                trials. The result is then the contribution of this trial: the marginal likelihood of all trials
+                divided by that of the earlier ones. Its precision may be negative, as a trial may show that the
+                object is denser than expected.
         """
         if earlier is not None:
             after, before = (
@@ -130,15 +131,15 @@ class Quadratic:
     information: Array  # b, shape (10,)
 
     def widen(self, covariance: Array) -> "Quadratic":
-        """Returns the quadratic widened by parameter errors with a covariance, shape (10, 10)."""
+        """Returns the quadratic after adding parameter errors with the given covariance, shape (10, 10)."""
         A = np.linalg.inv(np.eye(len(self.information)) + self.precision @ covariance)
         precision = A @ self.precision
         return Quadratic(0.5 * (precision + precision.T), A @ self.information)
 
     def restrict(self, Phi: Array) -> Likelihood:
-        """Restricts the quadratic to bodies Phi rho of densities rho, Phi of shape (10, M).
+        """Restricts the quadratic to bodies pi = Phi rho with densities rho, Phi of shape (10, M).
 
-        The constant makes the log likelihood of the parameters that fit best zero.
+        The constant is chosen so that the log likelihood is zero at the best-fitting parameters.
         """
         H, b = self.precision, self.information
         values, vectors = np.linalg.eigh(H)
@@ -147,18 +148,18 @@ class Quadratic:
         return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
 
     def change_frame(self, to_here: Array) -> "Quadratic":
-        """Returns the quadratic of the parameters in another frame, from which to_here, (10, 10), leads to these."""
+        """Returns the quadratic in another frame, whose parameters to_here, (10, 10), maps to the present ones."""
         precision = to_here.T @ self.precision @ to_here
         return Quadratic(0.5 * (precision + precision.T), to_here.T @ self.information)
 
     def find_load(self, pi: Array, covariance: Array) -> Array:
-        """Finds the most probable load, (10,), given a body, (10,), and the covariance of its error, (10, 10)."""
+        """Computes the most probable load, (10,), given a body, (10,), and the covariance of its error, (10, 10)."""
         missing = self.information - self.precision @ pi
         load: Array = pi + covariance @ np.linalg.solve(np.eye(len(pi)) + self.precision @ covariance, missing)
         return load
 
     def evaluate(self, pi: Array) -> Array:
-        """Computes the value at N points, shape (N, 10), without the constant; shape (N,)."""
+        """Computes the log likelihood without its constant at N points, shape (N, 10); shape (N,)."""
         value: Array = pi @ self.information - 0.5 * np.einsum("ni,ij,nj->n", pi, self.precision, pi, optimize=True)
         return value
 

@@ -1,8 +1,8 @@
-"""Memory of one observer, as an arm has it: colours of materials, things by their look, and a learner's state.
+"""Memory of one observer, such as an arm: known colours, things that were lifted, and a learner's state.
 
 A material is identified by its colour, not by its name: a brass-coloured object recalls the density of earlier
 brass-coloured objects. A colour that was never seen before has the broad prior. A memory is immutable: learning
-returns another one. It holds the learner, so whoever uses a memory need not know which one it is.
+returns a new one. It contains its learner, so code that uses a memory need not know which learner it is.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,18 +41,18 @@ _CERTAIN_SD = 1e-3
 
 
 class Recollection(NamedTuple):
-    """Recalled belief about an object that is seen, with a memory that includes all of its colours."""
+    """Belief about a seen object before its lift, with a memory that includes all of its colours."""
 
     memory: "MaterialMemory"
-    densities: DensityBelief  # of its m colours
-    colours: tuple[int, ...]  # index of each of them in the memory
+    densities: DensityBelief  # belief about its m densities, one for each colour
+    colours: tuple[int, ...]  # index of each of its colours in the memory
     columns: tuple[int, ...]  # index of each part's density among those of the object
-    # Likelihoods that were felt in earlier lifts of this object; None if it was never lifted.
+    # Likelihoods from earlier lifts of this object; None if it was never lifted.
     felt: FeltObject | None = None
 
 
 class Lesson(NamedTuple):
-    """Result of learning from a trial: memory, and belief about the object's own densities with their likelihood."""
+    """Result of learning from a trial: the new memory, and the belief about the object's own densities."""
 
     memory: "MaterialMemory"
     densities: DensityBelief
@@ -61,15 +61,15 @@ class Lesson(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MaterialMemory:
-    """Memory of an observer; ``MaterialMemory()`` knows nothing yet, and learns one density for each colour.
+    """Memory of an observer; ``MaterialMemory()`` is empty and learns one density for each colour.
 
     Attributes:
         learner: Learner of the observer.
         seed: Seed of the learner's random draws, if it makes any.
-        colours: Known colours, in the order they were met.
+        colours: Known colours, in the order in which they were met.
         state: State of the learner; empty until a colour is met.
         things: Things that were lifted, in the order of their numbers in the state.
-        num_lifts: Number of lifts from which it has learned.
+        num_lifts: Number of lifts that the memory has learned from.
         at_hand: Object that was recalled last, until its lift is learned from.
 
     Example:
@@ -111,10 +111,10 @@ class MaterialMemory:
     def from_densities[M: MaterialLike](
         cls, densities: Mapping[M, float], materials: Mapping[str, Material] | None = None
     ) -> "MaterialMemory":
-        """Builds the memory of an observer that knows materials exactly.
+        """Builds the memory of an observer that knows the densities of materials exactly.
 
         Args:
-            densities: Densities by name of the material, material or colour, [kg/m^3].
+            densities: Density of each material, [kg/m^3]; keys are names of materials, materials or colours.
             materials: Materials by name; None for those of the package.
 
         Raises:
@@ -137,15 +137,15 @@ class MaterialMemory:
     def from_belief(
         cls, colours: Sequence[Colour], belief: DensityBelief, felt: Sequence[FeltObject] = ()
     ) -> "MaterialMemory":
-        """Builds a memory with one density for each colour from the belief about their means.
+        """Builds a memory with one density for each colour from a belief about the mean densities.
 
         Args:
-            colours: Colours, of each of the belief's densities.
+            colours: Colour of each density in the belief.
             belief: Belief about the mean densities.
-            felt: What was felt of things, from which the belief has learned.
+            felt: Objects whose evidence the belief already contains.
 
         Raises:
-            BadArgumentError: The belief is of another size than the colours.
+            BadArgumentError: The belief has another number of densities than there are colours.
         """
         check_kind("belief", belief, DensityBelief)
         if belief.size != len(colours):
@@ -182,12 +182,12 @@ class MaterialMemory:
         if index is None:
             met = ", ".join(map(show_colour, self.colours)) or "none"
             name = repr(material) if isinstance(material, str) else show_colour(colour)
-            problem = f"is {name}, of which no object was met; colours met are {met}"
+            problem = f"is {name}, but no object of its colour was met; colours met are {met}"
             raise BadArgumentError("material", "", problem)
         return summarise_density(self.belief, index)
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
-        """Returns the memory with the prior added for each new colour."""
+        """Returns the memory with each new colour added, with the prior as the belief about its density."""
         new: list[Colour] = []
         for colour in colours:
             if find_colour_index([*self.colours, *new], colour) is None:
@@ -205,9 +205,9 @@ class MaterialMemory:
     ) -> "tuple[MaterialMemory, int]":
         """Returns the memory with a measured colour, and the index of the known colour that represents it.
 
-        Errors of the measurement have the standard deviation colour_sd in each direction of CIELAB, 0 if it is exact,
-        and along the brightness another one of lightness_sd, in units of L*. The prior is that of materials never
-        met. What becomes of a colour that may be of several materials depends on the learner.
+        The measurement error has the standard deviation colour_sd in each direction of CIELAB (0 if exact), plus
+        lightness_sd along the brightness, in units of L*. The prior is that of materials never met. The learner
+        decides what happens with a colour that may belong to several materials.
         """
         if colour_sd == 0.0:
             memory = self.add_colours([colour], prior)
@@ -220,7 +220,7 @@ class MaterialMemory:
         return self._meet(colour, probabilities, prior)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
-        """Returns the memory of these known colours only, in their order, and of things that have no other colour."""
+        """Returns the memory with only these known colours, in this order, and things that have no other colour."""
         if tuple(colours) == self.colours:
             return self
         kept = [self.colours.index(colour) for colour in colours]
@@ -237,8 +237,7 @@ class MaterialMemory:
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection:
         """Recalls the belief about this object or, if it was never lifted, about new objects of its colours.
 
-        The cost is a comparison with every thing, and that of the learner's ``expect``. The prior is that of
-        materials never met.
+        The appearance is compared with that of every thing. The prior is that of materials never met.
         """
         memory, columns, parts = self, list[int](), list[PartAppearance]()
         if not memory.colours:
@@ -261,12 +260,12 @@ class MaterialMemory:
     def learn(self, find_likelihood: FindLikelihood, deviation: float) -> Lesson:
         """Learns from a trial with the object recalled last.
 
-        Objects of a material scatter about its mean by a fraction of it, the deviation. Without a recalled object a
-        ValueError is raised.
+        Objects of a material scatter about its mean density; ``deviation`` is the SD as a fraction of the mean.
+        Raises a ValueError if no object was recalled since the last lift.
         """
         at_hand = self.at_hand
         if at_hand is None:
-            raise ValueError("no object was recalled since the last lift, must recall one before learning from it")
+            raise ValueError("no object was recalled since the last lift; recall one before learning from it")
 
         def find(normals: Normals, observers: object = None) -> Likelihood:
             return Likelihood.stack([find_likelihood(_get_only(normals.take([row]))) for row in range(len(normals))])
@@ -279,7 +278,7 @@ class MaterialMemory:
         return Lesson(memory, _get_only(lesson.densities), lesson.likelihood.take(0))
 
     def condition(self, likelihood: Likelihood) -> "MaterialMemory":
-        """Returns the memory with evidence added about the mean density of each colour, of size M.
+        """Returns the memory after adding evidence about the mean densities of its M colours.
 
         The learner must sum evidence (``sums_evidence``).
         """
@@ -289,17 +288,17 @@ class MaterialMemory:
         return replace(self, state={**self.state, "precision": precision, "information": information})
 
     def group(self) -> Groups:
-        """Returns the groups of objects that the learner keeps apart; there must be a colour."""
+        """Returns the groups of objects that the learner distinguishes; the memory must have a colour."""
         return self.learner.group(self.state)
 
     def find_groups(self) -> Sequence[int]:
-        """Finds the group, in each of its colours, of the object recalled last, in the order of its densities."""
-        assert self.at_hand is not None  # as it was just recalled
+        """Returns the group of the object recalled last in each of its colours, in the order of its densities."""
+        assert self.at_hand is not None  # because an object was just recalled
         found: list[int] = self.learner.find_groups(self.state, self.at_hand.seen)[0].tolist()
         return found
 
     def find_kind(self, appearance: Sequence[PartAppearance]) -> int:
-        """Finds the number of a thing's kind in the colour of its first part, 1 for the oldest.
+        """Returns the number of a thing's kind in the colour of its first part, 1 for the oldest kind.
 
         It is 0 for a thing that was never lifted, and for a learner without kinds.
         """
@@ -319,14 +318,14 @@ class MaterialMemory:
         return replace(self, colours=colours, state={**state, **describe_prior(prior, 1)})
 
     def _meet(self, colour: Colour, probabilities: Array, prior: Prior) -> "tuple[MaterialMemory, int]":
-        """Lets the learner meet a colour, by the probabilities that it is each of those known, or a new one."""
+        """Passes a colour to the learner, with the probabilities that it is each of those known, or a new one."""
         state, index = self.learner.meet({**self.state, **describe_prior(prior, 1)}, probabilities)
         if index < len(self.colours):
             return self, index
         return replace(self, colours=(*self.colours, colour), state=state), index
 
     def _find(self, appearance: Sequence[PartAppearance], colours: tuple[int, ...]) -> int | None:
-        """Finds the number of the thing of an appearance; None if it was never lifted."""
+        """Returns the number of the thing with an appearance; None if it was never lifted."""
         numbered = enumerate(self.things)
         same = (i for i, thing in numbered if is_same_object(thing.appearance, appearance))
         return next((i for i in same if set(self.things[i].colours) == set(colours)), None)
@@ -337,7 +336,7 @@ def start_memory(learner: Learner | str = "density", seed: Seed = 0) -> Material
 
     Args:
         learner: Learner, or its name.
-        seed: Seed of the random choices of a learner that draws, different for each observer.
+        seed: Seed of the learner's random draws, if it makes any; different for each observer.
 
     Raises:
         BadArgumentError: The learner does not exist, or the seed is invalid.

@@ -1,7 +1,7 @@
-"""Memories of observers as JSON text, in which processes hand them on.
+"""Memories of observers as JSON text, for handing them on between processes.
 
 Python writes the shortest decimal that reads as the same number, so a memory is restored to the last bit. The text
-names its learner and contains no code: whoever reads it brings the learner.
+names its learner but contains no code: the reader must supply the learner.
 """
 
 import json
@@ -22,7 +22,7 @@ _TYPES = ("bool", "int64", "float64")
 
 
 def format_memory(memory: MaterialMemory) -> str:
-    """Returns the JSON text of a memory; an object recalled but not yet learned from is omitted."""
+    """Returns the JSON text of a memory, without an object that was recalled but not yet learned from."""
     content = {
         "learner": memory.learner.name,
         "seed": memory.seed,
@@ -41,13 +41,13 @@ def parse_memory(text: str | bytes, learner: Learner) -> MaterialMemory:
     """Restores a learner's memory from its JSON text.
 
     Raises:
-        BadValueError: The text is something else, or the memory of another learner.
+        BadValueError: The text is not a memory, or is the memory of another learner.
     """
     try:
         content = json.loads(text)
         if content["learner"] != learner.name:
             problem = (
-                f"is {show_value(content['learner'])}, must be {learner.name!r}, by which the memory is recalled"
+                f"is {show_value(content['learner'])}, must be {learner.name!r}, the learner that reads the memory"
             )
             raise BadValueError("memory", "learner", problem)
         return MaterialMemory(
@@ -66,7 +66,7 @@ def parse_memory(text: str | bytes, learner: Learner) -> MaterialMemory:
 
 def _read_array(content: Mapping[str, Any]) -> NDArray[Any]:
     if content["type"] not in _TYPES:
-        raise ValueError(f"an array is of {show_value(content['type'])}, must be one of {', '.join(_TYPES)}")
+        raise ValueError(f"an array has the type {show_value(content['type'])}, must be one of {', '.join(_TYPES)}")
     return np.array(content["values"], dtype=content["type"]).reshape(content["shape"])
 
 

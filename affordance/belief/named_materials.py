@@ -1,4 +1,4 @@
-"""Belief about materials that are known by name: their handbook densities, with what a memory has learned of them."""
+"""Belief about materials that are known by name: handbook densities, updated by what a memory has learned."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
@@ -14,16 +14,16 @@ from affordance.objects.colour import Colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 
-# Least standard deviation of a density that is known by name, [kg/m^3].
+# Smallest standard deviation of a density that is known by name, [kg/m^3].
 _CERTAIN_SD = 1e-3
 
 
 class NamedBelief(NamedTuple):
-    """Belief about the materials of tools, and where it comes from, by names of materials in the tools' order."""
+    """Belief about the materials of tools, and the names of these materials by source, in the tools' order."""
 
     memory: MaterialMemory
     by_name: tuple[str, ...]  # materials with their handbook density
-    learned: tuple[str, ...]  # materials of which the memory has evidence, some of them known by name too
+    learned: tuple[str, ...]  # materials for which the memory has evidence; some are known by name too
     unknown: tuple[str, ...]  # materials with the prior of any material
 
 
@@ -36,17 +36,17 @@ def know_by_name(
 ) -> NamedBelief:
     """Adds the handbook densities of the tools' materials to a memory, in place of the prior.
 
-    A part is of the material that it looks like, if that has a name among the materials, and otherwise of the one
-    that its entry names. Its density has the handbook's mean and spread; what the memory has learned of its colour is
-    added as evidence. Materials that share a colour are mixed. A memory whose learner does not sum evidence (kinds)
-    is returned unchanged.
+    A part's material is the one that the part looks like, if that has a name among the materials, and otherwise the
+    one in the part's entry. Its density has the handbook's mean and spread; what the memory has learned about its
+    colour is added as evidence. If several materials share a colour, their densities are mixed. A memory whose
+    learner does not sum evidence (kinds) is returned unchanged.
 
     Args:
         memory: Memory of materials.
-        tools: Tools whose materials are looked up.
+        tools: Tools that contain the materials.
         materials: Handbook, by name.
         prior: Prior of materials without a name, which the memory started from.
-        names: Names that are known; None for all of them, an empty collection for none.
+        names: Names of the known materials; None for all of them, an empty collection for none.
 
     Raises:
         BadArgumentError: A name is not among the materials.
@@ -71,7 +71,7 @@ def know_by_name(
 
 
 def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Material]], prior: Prior) -> MaterialMemory:
-    """Replaces the prior of known colours by their materials' densities; evidence about them stays."""
+    """Replaces the prior of known colours by their materials' handbook densities; keeps all evidence."""
     by_column: dict[int, list[Material]] = {}
     for colour, material in known:
         column = find_colour_index(memory.colours, colour)

@@ -1,7 +1,7 @@
-"""Normal distributions of densities for many observers at once: arrays with a leading dimension.
+"""Unrestricted normal distributions of densities, as arrays with a leading dimension for observers.
 
-They are unrestricted; densities are positive, so that what is drawn or shown of one of them goes through
-``density_belief``, which restricts it.
+Densities are positive, so samples and summaries of a single distribution are computed by ``density_belief``, which
+restricts it.
 """
 
 from collections.abc import Sequence
@@ -23,12 +23,12 @@ class Normals:
 
     mean: Array  # (N, M)
     covariance: Array  # (N, M, M), positive definite
-    # Precision and information vector, if the distributions were built of these, so that they lose no digit.
+    # Precision and information vector, if the distributions were built from them, so that no digit is lost.
     information: tuple[Array, Array] | None = None
 
     @classmethod
     def from_information(cls, precision: Array, information_vector: Array) -> "Normals":
-        """Builds the distributions of precisions, (N, M, M), and information vectors, (N, M)."""
+        """Builds the distributions from precisions, (N, M, M), and information vectors, (N, M)."""
         covariance = invert(precision)
         return cls(np.matvec(covariance, information_vector), covariance, (precision, information_vector))
 
@@ -53,12 +53,12 @@ class Normals:
         return Normals(self.mean[rows], self.covariance[rows])
 
     def select(self, columns: Sequence[int]) -> "Normals":
-        """Returns the distributions of some of the densities, the others marginalised."""
+        """Returns the distributions of some of the densities; the others are marginalised."""
         chosen = list(columns)
         return Normals(self.mean[:, chosen], self.covariance[:, *np.ix_(chosen, chosen)])
 
     def widen(self, sds: Array) -> "Normals":
-        """Returns the distributions of sums with independent errors, whose SDs are (N, M) or (N, 1)."""
+        """Returns the distributions after adding independent errors with SDs of shape (N, M) or (N, 1)."""
         covariance = self.covariance + np.eye(self.mean.shape[1]) * sds[:, None, :] ** 2
         return Normals(self.mean, covariance)
 
@@ -74,18 +74,18 @@ class Normals:
         )
 
     def compute_log_evidence(self, likelihood: Likelihood, posterior: "Normals") -> Array:
-        """Computes the log evidence of data in closed form, (N,); posteriors are these conditioned on the data."""
+        """Computes the log evidence of data in closed form, (N,); ``posterior`` must be conditioned on the data."""
         gained = _multiply(posterior) - _multiply(self)
         log_volume = _compute_log_det(posterior.covariance) - _compute_log_det(self.covariance)
         log_evidence: Array = likelihood.log_constant + 0.5 * gained + 0.5 * log_volume
         return log_evidence
 
     def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> Array:
-        """Computes the probability of data with at most the evidence of these, (N,).
+        """Computes the probability of data with no more evidence than these have, (N,).
 
-        The log evidence is a constant less half of a chi-squared variable with one degree of freedom per measured
-        number, or of that number times an F variable if variances of the errors were estimated, with dof degrees of
-        freedom.
+        The log evidence is a constant minus half of a chi-squared variable with one degree of freedom for each
+        measured value. If variances of the errors were estimated, with ``dof`` degrees of freedom, the chi-squared
+        variable is replaced by the number of values times an F variable.
         """
         distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
         distance = np.maximum(0.0, distance + _multiply(self) - _multiply(self.condition(likelihood)))
@@ -95,7 +95,7 @@ class Normals:
         return np.asarray(fdtrc(count, dof, distance / count))
 
     def compute_mode(self, floor: float) -> Array:
-        """Computes the most probable densities not below a floor, (N, M)."""
+        """Computes the mode of the densities under the bound ``floor``, (N, M)."""
         modes = self.mean.copy()
         for row in np.flatnonzero((modes < floor).any(axis=1)):
             modes[row] = compute_mode(modes[row], self.precision[row], floor)
@@ -103,7 +103,7 @@ class Normals:
 
 
 def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
-    """Computes the most probable point of a distribution with every coordinate at least ``floor``, shape (M,)."""
+    """Computes the most probable point whose coordinates are all at least ``floor``, shape (M,)."""
     if (mean >= floor).all():
         return mean.copy()
     # (x - mean)^T precision (x - mean) = |L^T (x - mean)|^2: non-negative least squares in x - floor.
@@ -112,8 +112,8 @@ def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
 
 
 def invert(matrices: Array) -> Array:
-    """Inverts symmetric matrices, (..., M, M), and removes the asymmetry of rounding."""
-    if matrices.shape[-1] == 1:  # many times as fast
+    """Inverts symmetric matrices, (..., M, M), and removes the asymmetry due to rounding."""
+    if matrices.shape[-1] == 1:  # much faster
         return 1.0 / matrices
     inverse = np.linalg.inv(matrices)
     return 0.5 * (inverse + np.swapaxes(inverse, -1, -2))

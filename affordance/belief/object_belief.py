@@ -13,12 +13,12 @@ from affordance.objects.inertia import Geometry
 
 @dataclass(frozen=True)
 class ObjectBelief:
-    """Belief about the object at hand: memory of all materials, densities of this object, and its geometry.
+    """Belief about the object at hand: the memory of all materials, the object's densities, and its geometry.
 
     Densities are in the order of Phi's columns; ``colours`` are the indices of their colours in the memory.
     """
 
-    memory: Any  # a MaterialMemory, which is not named here as its module imports much
+    memory: Any  # a MaterialMemory, not named here because importing its module takes long
     densities: DensityBelief
     geometry: Geometry
     colours: tuple[int, ...] = ()
@@ -32,7 +32,7 @@ class ObjectBelief:
         return rho @ self.geometry.Phi.T
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
-        """Draws pi from its predictive distribution, with errors of geometry, shape (num_samples, 10)."""
+        """Draws pi from its predictive distribution, including errors of geometry, shape (num_samples, 10)."""
         rho = self.densities.draw_samples(rng, num_samples)
         errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))
         return self.geometry.compute_parameters(rho, errors)

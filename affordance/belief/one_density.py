@@ -1,7 +1,7 @@
 """Learner with one density for each colour (paper): Bayes' rule on the mean density of each material.
 
-Measurements are of an object's own densities, which deviate from the means of its materials. The deviation of an
-object is the same each time it is lifted, so likelihoods of all its lifts are summed before it is marginalised, once.
+Torques depend on an object's own densities, which deviate from the means of its materials. An object has the same
+deviation in all its lifts, so the likelihoods of all its lifts are summed before the deviation is marginalised.
 """
 
 from collections.abc import Sequence
@@ -21,8 +21,8 @@ from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, get_felt, p
 class OneDensity(Learner):
     """Learner with one density for each colour.
 
-    Its state has, with prior and what was felt of each thing, the precision, (B, M, M), and the information
-    vector, (B, M), of the mean densities of M colours.
+    Its state holds the prior, what was felt of each thing, and the precision, (B, M, M), and information vector, (B,
+    M), of the mean densities of M colours.
     """
 
     @property
@@ -57,7 +57,7 @@ class OneDensity(Learner):
 
     @override
     def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
-        """Applies Bayes' rule, with the object's own deviation marginalised; O(M^3) for M colours."""
+        """Applies Bayes' rule with the object's own deviation marginalised; costs O(M^3) for M colours."""
         expected = self.expect(state, seen)
         likelihood = find_likelihood(expected)
         felt = get_felt(state, seen)
@@ -70,11 +70,11 @@ class OneDensity(Learner):
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Adds a material, unless a known one is certain.
+        """Adds a material, unless the colour is almost certainly a known one.
 
-        A colour that may be of several materials becomes another material whose density has mean and covariances of
-        their mixture: measurements of it then update each of them by its share. The normal distribution approximates
-        the mixture (docs/decisions/0015-vision-from-pixels.md).
+        A colour that may belong to several materials becomes a new material with the mean and covariances of their
+        mixture, so that later measurements of it update each of them in proportion to its probability. A normal
+        distribution approximates the mixture (docs/decisions/0015-vision-from-pixels.md).
         """
         known, new = probabilities[:-1], probabilities[-1]
         best = int(probabilities.argmax())
@@ -84,7 +84,7 @@ class OneDensity(Learner):
         variances = np.diagonal(believed.covariance, axis1=1, axis2=2)
         mean = believed.mean @ known + new * mode
         squares = (variances + (believed.mean - mean[:, None]) ** 2) @ known + new * (sd**2 + (mode - mean) ** 2)
-        # The density is that of the known materials, each by its share, plus an independent normal variable.
+        # The density is the known densities weighted by their probabilities, plus an independent normal variable.
         rest = squares - np.matvec(believed.covariance, known) @ known
         M = len(known)
         precision, information = pad(state["precision"], (M + 1, M + 1)).copy(), pad(state["information"], (M + 1,))

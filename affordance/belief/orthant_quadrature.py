@@ -1,8 +1,8 @@
-"""Nested quadrature of a normal distribution over positive values, for the few coordinates where it is affordable.
+"""Nested quadrature of a normal distribution over positive values, affordable for a few coordinates.
 
 P(x > 0) is the integral, over the first coordinate, of its density times the probability that all others are positive
-given it, which is again such an integral. Each is evaluated in logs and on its own window, so that a mass of
-exp(-1000) or a correlation of 0.999999 costs no digits.
+given its value. That probability is again such an integral. Each is evaluated in logs and on its own window, so that
+a probability of exp(-1000) or a correlation of 0.999999 costs no digits.
 """
 
 from functools import cache
@@ -12,15 +12,15 @@ from scipy.special import log_ndtr
 
 from affordance.arrays import Array
 
-# Log ratio of the largest value to that at the ends of a window: the rest is less than rounding error.
+# Log ratio of the largest value to the value at the ends of a window: what lies outside is below rounding error.
 _LOG_DROP = 40.0
-# Nodes in each of the three parts of an interval: about the window's beginning, within it, and about its end.
+# Nodes in each of the three parts of an interval: around the start of the window, inside it, and around its end.
 _NODES_A_PART = 12
-# Each search narrows the ends eleven times, so that they are exact to rounding error after these.
+# Each search makes the uncertainty of the ends eleven times smaller; after this many they are exact to rounding.
 _MAX_SEARCHES = 20
-# Numbers of nodes: masses start with the smaller one and double it until half of the nodes give the same result, or
-# up to the larger one, which tables of a marginal use. The rule's error is squared by doubling, so results that agree
-# to this tolerance are exact.
+# Numbers of nodes. Log masses start with the smaller number, which is doubled until every second node gives the same
+# result, or up to the larger one, which is used for tables of a marginal. Doubling squares the rule's error, so
+# results that agree to this tolerance are exact.
 _NUM_NODES = 129
 _MAX_NODES = 1025
 _AGREEMENT = 1e-8
@@ -32,10 +32,11 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
 
 
 def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
-    """Tabulates the marginal of coordinate i given x > 0 for x ~ N(mean, covariance): nodes and shares, (K,) each.
+    """Tabulates the marginal of coordinate i given x > 0 for x ~ N(mean, covariance).
 
-    Nodes increase. Shares are proportional to the probability that each node represents, a smooth function of the
-    node's index that vanishes at either end.
+    Returns:
+        Increasing nodes and their shares, (K,) each. A share is proportional to the probability that its node
+        represents; as a function of the node's index it is smooth and vanishes at both ends.
     """
     order = np.append(i, np.delete(np.arange(len(mean)), i))
     root = np.linalg.cholesky(covariance[np.ix_(order, order)])
@@ -44,7 +45,7 @@ def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Ar
 
 
 def _compute_log_masses(means: Array, root: Array, num_nodes: int = _NUM_NODES) -> Array:
-    """Computes log P(x > 0) for several means, shape (N, M), and one covariance L L^T; shape (N,)."""
+    """Computes log P(x > 0), shape (N,), for means of shape (N, M) and one covariance L L^T."""
     if means.shape[1] == 1:
         log_mass: Array = log_ndtr(means[:, 0] / root[0, 0])
         return log_mass
@@ -60,10 +61,13 @@ def _compute_log_masses(means: Array, root: Array, num_nodes: int = _NUM_NODES) 
 
 
 def _place_nodes(means: Array, root: Array, num_nodes: int) -> tuple[Array, Array]:
-    """Places nodes in the first coordinate; returns them and the log of each node's share of P(x > 0), both (N, K).
+    """Places nodes along the first coordinate.
 
-    Log densities are concave. One that bends within a short distance falls off within a few such distances, so narrow
-    features of an integrand are at the ends of its window, where the rule has most of its nodes.
+    Log densities are concave: one that bends within a short distance also falls off within a few such distances.
+    Narrow features of an integrand are therefore at the ends of its window, where the rule has most of its nodes.
+
+    Returns:
+        Nodes, and the log of each node's share of P(x > 0), (N, K) each.
     """
     lower, upper = _find_windows(means, root)
     positions, weights = _build_rule(num_nodes)
@@ -72,11 +76,14 @@ def _place_nodes(means: Array, root: Array, num_nodes: int) -> tuple[Array, Arra
 
 
 def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
-    """Finds the window that contributes to the integral over the first coordinate; lower and upper ends, both (N, 1).
+    """Finds the part of the first coordinate that contributes to the integral.
 
-    A concave function exceeds a level on one interval, which begins between the first node above the level and the
-    node before, and ends between the last such node and the one after. Nodes are added there until the function has
-    fallen by at most twice the required drop at either end.
+    A concave function exceeds a level on one interval. It begins between the first node above the level and the node
+    before, and ends between the last such node and the one after. Nodes are added there until the function at both
+    ends has fallen by no more than twice the required drop.
+
+    Returns:
+        Lower and upper ends of the window, (N, 1) each.
     """
     even = np.linspace(0.0, 1.0, _NODES_A_PART)
     nodes = (np.maximum(means[:, :1], 0.0) + 12.0 * root[0, 0]) * _build_rule(3 * _NODES_A_PART)[0]
@@ -114,8 +121,8 @@ def _compute_log_marginal(nodes: Array, means: Array, root: Array) -> Array:
 
 @cache
 def _build_rule(num_nodes: int) -> tuple[Array, Array]:
-    """Builds the double-exponential rule (Takahasi & Mori 1974) for (0, 1): positions and weights, both (K,)."""
-    # Beyond 3.2 weights are below rounding error.
+    """Builds the double-exponential rule (Takahasi & Mori 1974) on (0, 1): positions and weights, (K,) each."""
+    # Beyond |t| = 3.2 the weights are below rounding error.
     t, step = np.linspace(-3.2, 3.2, num_nodes, retstep=True)
     positions = 1.0 / (1.0 + np.exp(-np.pi * np.sinh(t)))
     return positions, step * np.pi * np.cosh(t) * positions * positions[::-1]

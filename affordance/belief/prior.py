@@ -7,9 +7,9 @@ from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.inertia import DENSITY_MAX
 
-# Far above any density, to permit flat priors, [kg/m^3].
+# Far above any density, so that flat priors are allowed, [kg/m^3].
 _SD_MAX = 1e12
-# Density at which an absolute deviation of earlier versions is told as a fraction, that of the objects of Linear+ and
+# Density that converts an absolute deviation of earlier versions to a fraction: that of the objects of Linear+ and
 # Linear++, [kg/m^3].
 _FORMER_DENSITY = 1500.0
 
@@ -21,7 +21,8 @@ class Prior(CheckedFields):
     Attributes:
         mode: Most probable density, [kg/m^3].
         sd: Standard deviation of the unrestricted normal distribution, [kg/m^3].
-        deviation: Standard deviation of one object's density about its material's mean (s_m), as a fraction of it.
+        deviation: Standard deviation of an object's density about its material's mean, as a fraction of the mean
+            (s_m).
 
     Example:
         >>> from affordance import Prior, Settings
@@ -37,7 +38,7 @@ class Prior(CheckedFields):
     sd: Annotated[
         float,
         Within(1e-3, _SD_MAX),
-        Setting("kg/m^3", "broad: copper, the densest metal in common use, lies two standard deviations above"),
+        Setting("kg/m^3", "broad: copper, the densest metal in common use, is two standard deviations above"),
     ] = 4000.0
     deviation: Annotated[
         float,
@@ -46,16 +47,16 @@ class Prior(CheckedFields):
     ] = 0.06
 
     def __new__(cls, *args: object, **kwargs: object) -> Self:
-        """Refuses the absolute deviation that earlier versions had."""
+        """Rejects the absolute deviation of earlier versions."""
         if "deviation_sd" in kwargs:
             raise BadArgumentError("Prior", "deviation_sd", describe_former(kwargs["deviation_sd"]))
         return super().__new__(cls)
 
 
 def describe_former(value: object) -> str:
-    """Says what the deviation of earlier versions, in kg/m^3, is called now, and which value is nearest to it."""
+    """Explains how a deviation of earlier versions, in kg/m^3, is given now, with the nearest value."""
     if isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= _FORMER_DENSITY:
         nearest = f"{value / _FORMER_DENSITY:.2g} for {value:g} kg/m^3 of {_FORMER_DENSITY:g} kg/m^3"
     else:
         nearest = "such as 0.06"
-    return f"is now deviation, a fraction of the density: {nearest}"
+    return f"is now called deviation, a fraction of the density: {nearest}"

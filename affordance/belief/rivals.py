@@ -1,8 +1,8 @@
-"""Learners that are compared with those of the program: nothing remembered, own memory, own and shared memory.
+"""Alternative learners for comparison: nothing remembered, own memory, and own and shared memory.
 
-No working arm uses them. The first forgets every lift; the second has a density for each object and none for a look;
-the third has a density for each look and a deviation from it for each object, both moved by a share of each error
-(delta rules).
+No working arm uses them. The first forgets every lift. The second has a density for each object but none for a look.
+The third has a density for each look and, for each object, a deviation from it; two delta rules move both by a
+fraction of each error.
 """
 
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ _CERTAIN_SD = 1.0  # [kg/m^3]
 
 
 class OwnMemory(Learner):
-    """Learner with a density for each object: it expects any object never lifted to have the density of the prior."""
+    """Learner with a density for each object; it expects an object that was never lifted to follow the prior."""
 
     @property
     @override
@@ -69,7 +69,7 @@ class OwnMemory(Learner):
 
 
 class NothingRemembered(OwnMemory):
-    """Learner that forgets: each lift begins at the prior, and what is felt counts within that lift only."""
+    """Learner that forgets: each lift starts from the prior, and what is felt is used only within that lift."""
 
     @property
     @override
@@ -87,14 +87,14 @@ class NothingRemembered(OwnMemory):
 
     @override
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        return {**state, "colours": state["colours"][:, list(colours)]}  # nothing is kept of things
+        return {**state, "colours": state["colours"][:, list(colours)]}  # no thing is remembered
 
 
 class OwnAndShared(Learner):
     """Learner with a shared density for each look, and a deviation from it for each object.
 
-    An object is expected to have the sum of both. After a lift both move by a share of the difference between the
-    density that was felt and this sum.
+    An object's expected density is the sum of both. After a lift, each moves by a fraction of the difference between
+    the density that was felt and this sum.
     """
 
     @dataclass(frozen=True)
@@ -102,8 +102,8 @@ class OwnAndShared(Learner):
         """Parameters of both delta rules.
 
         Attributes:
-            own_rate: Share of an error by which the deviation of an object moves.
-            shared_rate: Share of an error by which the density of its look moves.
+            own_rate: Fraction of an error by which an object's deviation moves.
+            shared_rate: Fraction of an error by which the density of its look moves.
         """
 
         own_rate: Annotated[float, _SHARE, Setting("1", "a guess, to be fitted to persons")] = 0.3
@@ -126,7 +126,7 @@ class OwnAndShared(Learner):
 
     @override
     def believe(self, state: State) -> Normals:
-        """Returns the shared densities, as good as certain: a delta rule knows no uncertainty."""
+        """Returns the shared densities with almost no uncertainty, because a delta rule has none."""
         mean = state["shared"]
         return Normals(mean, np.tile(_CERTAIN_SD**2 * np.eye(mean.shape[1]), (len(mean), 1, 1)))
 
@@ -157,17 +157,17 @@ class OwnAndShared(Learner):
 
 
 def _build_prior(state: State, count: int) -> Normals:
-    """Builds the prior of several densities."""
+    """Returns the prior of ``count`` densities."""
     return _surround(state, np.tile(state["prior_mode"][:, None], (1, count)))
 
 
 def _surround(state: State, mean: Array) -> Normals:
-    """Surrounds densities, (B, M), by the SD of the prior, so that what is felt is hardly drawn towards them."""
+    """Returns normals about densities, (B, M), with the prior's SD, so broad that they hardly bias what is felt."""
     return Normals(mean, state["prior_sd"][:, None, None] ** 2 * np.eye(mean.shape[1]))
 
 
 def _meet(state: State, probabilities: Array, name: str, value: Any) -> tuple[State, int]:
-    """Adds a colour with a value to an array of colours, (B, M), unless a known colour is the most probable one."""
+    """Adds a colour with a value to an array over colours, (B, M), unless a known colour is most probable."""
     best, count = int(probabilities.argmax()), len(probabilities) - 1
     if best < count:
         return state, best

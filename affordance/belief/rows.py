@@ -1,4 +1,4 @@
-"""States as arrays whose rows are observers: rows that are taken and put back, and room for more things."""
+"""Functions for states, which are arrays whose rows are observers: selecting and replacing rows, adding things."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -10,16 +10,16 @@ from affordance.belief.likelihood import Likelihood
 
 type State = dict[str, NDArray[Any]]
 
-# Names of arrays in the state: precision, (B, T, C, C), and information vector, (B, T, C), of what was felt of each
-# of T things of at most C colours; zero for a thing that was never lifted.
+# Names of arrays in the state: precision, (B, T, C, C), and information vector, (B, T, C), of the summed likelihood
+# of each of T things with at most C colours; zero for a thing that was never lifted.
 FELT_PRECISION, FELT_INFORMATION = "felt_precision", "felt_information"
 
 
 class Seen(NamedTuple):
-    """Object that is seen: its m colours, the same for all observers, and which thing it is for each of them."""
+    """Object that is seen, with the same m colours for all observers, and its number for each of them."""
 
-    colours: tuple[int, ...]  # indices of its colours, m of them
-    things: NDArray[np.intp]  # number of the thing, from 0, by observer, (B,); perhaps one that was never lifted
+    colours: tuple[int, ...]  # indices of its m colours
+    things: NDArray[np.intp]  # number of the thing for each observer, from 0, (B,); it may never have been lifted
 
 
 def take_rows(state: State, rows: NDArray[np.intp]) -> State:
@@ -28,7 +28,7 @@ def take_rows(state: State, rows: NDArray[np.intp]) -> State:
 
 
 def put_rows(state: State, rows: NDArray[np.intp], part: State) -> State:
-    """Returns the state with the rows of some observers replaced; arrays grow, padded with zeros, if theirs did."""
+    """Returns the state with some rows replaced; arrays are padded with zeros if the new rows are longer."""
     merged = {}
     for name, new in part.items():
         shape = np.maximum(state[name].shape[1:], new.shape[1:])
@@ -39,7 +39,7 @@ def put_rows(state: State, rows: NDArray[np.intp], part: State) -> State:
 
 
 def pad(array: NDArray[Any], shape: Sequence[int] | NDArray[np.intp]) -> NDArray[Any]:
-    """Pads an array with zeros to a shape, that of each row, where it is smaller."""
+    """Pads each row of an array with zeros up to a shape, along dimensions where it is smaller."""
     size = tuple(max(int(wanted), there) for wanted, there in zip(shape, array.shape[1:], strict=True))
     if size == array.shape[1:]:
         return array
@@ -49,7 +49,7 @@ def pad(array: NDArray[Any], shape: Sequence[int] | NDArray[np.intp]) -> NDArray
 
 
 def start_felt(size: int) -> State:
-    """Returns the part of a state that keeps what was felt of each thing, which is nothing yet."""
+    """Returns the entries of a state for what is felt of things, without any thing yet."""
     return {FELT_PRECISION: np.zeros((size, 0, 0, 0)), FELT_INFORMATION: np.zeros((size, 0, 0))}
 
 
@@ -60,7 +60,7 @@ def make_room(state: State, names: Sequence[str], seen: Seen) -> State:
 
 
 def get_felt(state: State, seen: Seen) -> Likelihood:
-    """Returns the sum of what was felt of a thing's m densities; zero if nothing was."""
+    """Returns the summed likelihood of a thing's m densities; zero if it was never lifted."""
     state = make_room(state, (FELT_PRECISION, FELT_INFORMATION), seen)
     rows, m = np.arange(len(seen.things)), len(seen.colours)
     precision = state[FELT_PRECISION][rows, seen.things, :m, :m]
@@ -68,7 +68,7 @@ def get_felt(state: State, seen: Seen) -> Likelihood:
 
 
 def set_felt(state: State, seen: Seen, felt: Likelihood) -> State:
-    """Returns the state with another sum of what was felt of a thing."""
+    """Returns the state with a new summed likelihood for a thing."""
     state = make_room(state, (FELT_PRECISION, FELT_INFORMATION), seen)
     precision, information = state[FELT_PRECISION].copy(), state[FELT_INFORMATION].copy()
     rows, m = np.arange(len(seen.things)), len(seen.colours)

@@ -1,15 +1,15 @@
 """Multivariate normal distribution restricted to the positive orthant: x ~ N(mean, covariance) given x > 0.
 
-Arguments are mean, (M,), and covariance, (M, M), of the unrestricted distribution, or the inverse of that covariance.
-Densities are positive, so every mode, mean, percentile, sample and evidence of a belief is of this distribution.
-Uncorrelated coordinates are treated separately. A single one has closed forms, two or three correlated ones are
-integrated by nested quadrature, and four or more are averaged over weighted points, which is less accurate.
+Arguments are the mean, (M,), and the covariance, (M, M), of the unrestricted distribution, or its inverse. Densities
+are positive, so every mode, mean, percentile, sample and evidence of a belief refers to this distribution.
+Uncorrelated coordinates are treated separately. A single coordinate has closed forms; two or three correlated ones
+are integrated by nested quadrature; four or more are averaged over weighted points, which is less accurate.
 """
 
 from collections.abc import Iterator
 
 import numpy as np
-import scipy  # it imports its parts where they are used: some of them take from a tenth of a second to a second
+import scipy  # it imports its submodules on first use: some of them take from a tenth of a second to a second
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri
 
@@ -20,12 +20,12 @@ from affordance.exceptions import AffordanceError
 
 # Correlation below which two coordinates count as uncorrelated (rounding error).
 _UNRELATED = 1e-12
-# Largest number of coordinates for quadrature, which would take seconds with a fourth.
+# Largest number of coordinates for quadrature; four would take seconds.
 _MAX_NESTED = 3
 # Binary logarithm of the number of points over which four or more coordinates are averaged.
 _LOG2_POINTS = 14
 _ROOT_TOLERANCE = 1e-9
-# Least size of a batch of proposals, and largest number of batches; a few have sufficed so far.
+# Smallest size of a batch of proposals, and largest number of batches; a few have sufficed so far.
 _SMALLEST_BATCH = 64
 _MAX_BATCHES = 1000
 
@@ -49,8 +49,8 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
 def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Array:
     """Computes percentiles of each coordinate's marginal, shape (P, M), for P fractions in (0, 1).
 
-    The error is 1e-6 of the marginal's SD, and up to 5e-6 with correlations near one; with four or more correlated
-    coordinates it is at most a few 1e-4 between the quartiles and up to 3e-3 at the outermost hundredth.
+    The error is 1e-6 of the marginal's SD, and up to 5e-6 for correlations near one. With four or more correlated
+    coordinates it is at most a few 1e-4 of the SD between the quartiles, and up to 3e-3 in the outermost hundredths.
     """
     percentiles = np.empty((len(fractions), len(mean)))
     for block, block_mean, block_covariance in _split(mean, covariance):
@@ -69,7 +69,7 @@ def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Arr
 
 
 def compute_mean(mean: Array, covariance: Array) -> Array:
-    """Computes the mean of each coordinate, shape (M,), as accurately as percentiles."""
+    """Computes the mean of each coordinate, shape (M,), as accurately as the percentiles."""
     result = np.empty_like(mean)
     for block, block_mean, block_covariance in _split(mean, covariance):
         if len(block) == 1:
@@ -88,12 +88,12 @@ def compute_mean(mean: Array, covariance: Array) -> Array:
 def draw_samples(
     mean: Array, covariance: Array, rng: np.random.Generator, num_samples: int, *, is_even: bool = False
 ) -> Array:
-    """Draws samples, exactly distributed, shape (num_samples, M).
+    """Draws samples from the exact distribution, shape (num_samples, M).
 
-    Proposals are accepted with a probability proportional to their weights. For two or three coordinates more than a
+    Proposals are accepted with probabilities proportional to their weights. For two or three coordinates more than a
     quarter are accepted, whatever the means and correlations; for ten, about one in a hundred at worst. If hardly any
-    is, an AffordanceError is raised. Even samples are spread evenly, in random order, so that averages over them are
-    more accurate; others are independent.
+    are accepted, an AffordanceError is raised. Even samples are spread evenly, in random order, so that averages over
+    them are more accurate; other samples are independent.
     """
     samples = np.empty((num_samples, len(mean)))
     batch = max(num_samples, _SMALLEST_BATCH)
@@ -102,7 +102,7 @@ def draw_samples(
         proposal = build_proposal(block_mean, block_covariance)
         accepted = np.empty((0, len(block)))
         for number in range(_MAX_BATCHES):
-            # Drawn coordinate by coordinate, in (0, 1].
+            # Uniform numbers in (0, 1], drawn coordinate by coordinate.
             uniforms = even[:, block] if is_even and not number else rng.random((len(block), batch)).T
             points, log_weights = propose(proposal, 1.0 - uniforms)
             accepted = np.concatenate([accepted, points[rng.random(batch) < np.exp(log_weights)]])
@@ -118,7 +118,7 @@ def draw_samples(
 
 
 def _split(mean: Array, covariance: Array) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
-    """Yields sets of coordinates that are correlated, directly or through others: indices, mean and covariance."""
+    """Yields each set of coordinates that are correlated, directly or through others: indices, mean, covariance."""
     sds = np.sqrt(np.diag(covariance))
     related = np.abs(covariance) > _UNRELATED * np.outer(sds, sds)
     reachable = np.linalg.matrix_power(related, len(related))
@@ -135,19 +135,22 @@ def _spread(num_coordinates: int, num_points: int, rng: np.random.Generator) -> 
 
 
 def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
-    """Draws evenly spread proposals, (N, M), with their weights over the largest weight, (N,), and its log."""
+    """Draws evenly spread proposals, (N, M); returns them, their weights over the largest, (N,), and its log."""
     proposal = build_proposal(mean, covariance)
-    # A fixed seed makes this a function.
+    # The seed is fixed, so that equal arguments give equal results.
     uniforms = 1.0 - scipy.stats.qmc.Sobol(len(mean), rng=np.random.default_rng(0)).random_base2(_LOG2_POINTS)
     points, log_weights = propose(proposal, uniforms)
     return points, np.exp(log_weights), proposal.log_bound
 
 
 def _condition_points(mean: Array, covariance: Array) -> tuple[Array, Array, Array]:
-    """Computes the truncated normal distribution of each coordinate of weighted points given their other coordinates.
+    """Computes, for weighted points, the distribution of each coordinate given the point's other coordinates.
 
-    Its means over SDs are of shape (N, M), SDs (M,), weights (N,). Their averages over points are the marginals, far
-    smoother than the points themselves.
+    These are truncated normal distributions. Averaged over the points they give the marginals, which are far smoother
+    than the points themselves.
+
+    Returns:
+        Means divided by SDs, (N, M), SDs, (M,), and weights of the points, (N,).
     """
     points, weights, _ = _weigh_points(mean, covariance)
     precision = np.linalg.inv(covariance)
@@ -164,9 +167,9 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
         surplus: Array = -np.expm1(log_ndtr(t - x[:, None]) - log_positive) @ shares - below
         return surplus
 
-    from scipy.optimize.elementwise import find_root  # here, as it takes a tenth of a second
+    from scipy.optimize.elementwise import find_root  # imported here, as it takes a tenth of a second
 
-    # Every component exceeds this with a probability of less than exp(-800).
+    # Every component exceeds this value with a probability of less than exp(-800).
     upper = max(t.max(), 0.0) + 40.0
     found = find_root(compute_surplus, (0.0, upper), args=(fractions,), tolerances={"xrtol": _ROOT_TOLERANCE})
     return np.asarray(found.x)
@@ -174,10 +177,10 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
 
 def _interpolate_percentiles(nodes: Array, shares: Array, fractions: Array) -> Array:
     # The share between two nodes is the integral of the polynomial through the six nearest nodes. Shares vanish at
-    # either end, so missing ones there count as zero.
+    # both ends, so nodes missing there count as zero.
     between = np.convolve(shares, np.array([11, -93, 802, 802, -93, 11]) / 1440)[3:-3]
     cumulative = np.maximum.accumulate(np.append(0.0, np.cumsum(between)))
-    # As a function of normal scores a normal marginal is a straight line, and others are nearly straight.
+    # As a function of normal scores, a normal marginal is a straight line and others are nearly straight.
     scores, kept = np.unique(ndtri(np.clip(cumulative / cumulative[-1], 0.0, 1.0)), return_index=True)
     scores, nodes = scores[1:-1], nodes[kept[1:-1]]  # without the infinities
     percentiles: Array = scipy.interpolate.PchipInterpolator(scores, nodes)(

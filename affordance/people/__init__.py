@@ -1,1 +1,1 @@
-"""Learners fitted to the lifts of single people."""
+"""Fits learners to the lifts of individual people."""

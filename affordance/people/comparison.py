@@ -1,7 +1,7 @@
-"""Comparison of learners on the same lifts: log scores one step ahead, and BIC, of each participant.
+"""Compares learners on the same lifts by one-step-ahead log scores and BIC of each participant.
 
-The score of a learner is the log probability density of all pushes of a participant, each predicted from those before
-it, with free parameters averaged over their prior: a better fit by more parameters does not pay by itself.
+A learner's score is the log probability density of all pushes of a participant, each predicted from the pushes before
+it, with free parameters averaged over their prior. More parameters therefore do not improve the score by themselves.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,14 +15,14 @@ from affordance.people.fit import Question, score_ahead
 
 
 class Comparison(NamedTuple):
-    """Comparison of learners.
+    """Result of a comparison; mappings have the name of the learner as key.
 
     Attributes:
-        participants: Names.
-        scores: Log score one step ahead by learner, (participants,).
-        bic: Bayesian information criterion by learner, at the best of all draws, (participants,).
-        best_values: Values of the free parameters there by learner, (participants, F).
-        trials: Scores of single pushes by learner, (participants, N).
+        participants: Names of the participants.
+        scores: One-step-ahead log scores, (participants,).
+        bic: Bayesian information criterion at the draw with the largest likelihood, (participants,).
+        best_values: Values of the F free parameters at that draw, (participants, F).
+        trials: Log scores of single pushes, (participants, N).
     """
 
     participants: list[str]
@@ -32,13 +32,13 @@ class Comparison(NamedTuple):
     trials: Mapping[str, Array]
 
     def find_best(self, by: str = "scores") -> list[str]:
-        """Finds the best learner of each participant, by ``scores`` or ``bic``."""
+        """Returns the name of the best learner of each participant, by ``scores`` or ``bic``."""
         names = [*self.scores]
         values = [self.scores[name] if by == "scores" else -self.bic[name] for name in names]
         return [names[place] for place in np.argmax(values, axis=0)]
 
     def tabulate(self) -> pd.DataFrame:
-        """Tabulates scores and BIC, a row for each participant and learner, with the differences from the best."""
+        """Returns a table of scores and BIC, with differences from the best: one row per participant and learner."""
         rows = []
         for place, participant in enumerate(self.participants):
             best = max(each[place] for each in self.scores.values())
@@ -51,7 +51,7 @@ class Comparison(NamedTuple):
 
 
 def compare(questions: Sequence[Question]) -> Comparison:
-    """Compares the learners of questions about the same lifts; those without free parameters have one draw."""
+    """Compares learners on the same lifts, one question per learner; without free parameters there is one draw."""
     lifts = questions[0].lifts
     scores, bic, best_values, trials = {}, {}, {}, {}
     counts = np.array([np.isfinite(person.pushes).sum() for person in lifts.people])

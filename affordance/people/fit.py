@@ -1,4 +1,4 @@
-"""Fits of a learner to people's lifts, person by person or pooled, as an xarray DataTree that ArviZ 1 takes."""
+"""Fits a learner to people's lifts, separately or pooled; returns an xarray DataTree that ArviZ 1 can read."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,25 +22,25 @@ from affordance.settings import Settings
 from affordance.version import __version__
 
 GROUPS = ("posterior", "prior", "log_likelihood", "observed_data", "sample_stats")
-# Most rows of arrays at once, most numbers of one of them, as every object may become a kind, whose densities are
-# joint, and most lifts of rows for each evaluation of a likelihood (SECURITY.md).
+# Limits of memory and time (SECURITY.md): rows of arrays; numbers in one array, which holds the joint covariance of
+# up to one kind for each object; and rows times lifts in one evaluation of a likelihood.
 _MOST_ROWS, _MOST_NUMBERS, _MOST_WORK = 100_000, 100_000_000, 200_000_000
 
 
 @dataclass(frozen=True)
 class Question:
-    """What is fitted to whom, and how finely.
+    """Lifts, learner and free parameters of a fit, with the settings of the sampler.
 
     Attributes:
         lifts: Lifts of participants.
-        learner: Learner.
-        settings: Settings of all else.
+        learner: Learner that is fitted.
+        settings: All other settings.
         free: Free parameters.
-        draws: Number of draws of the posterior.
-        particles: Number of particles of each.
-        moves: Random walks after each stage of the sampler.
+        draws: Number of posterior draws.
+        particles: Number of particles for each draw.
+        moves: Random-walk steps after each stage of the sampler.
         seed: Seed of all random numbers.
-        jobs: Number of processes; participants are shared among them.
+        jobs: Number of processes, which share the participants.
         chains: Number of independent samplers, each with its own draws and particles.
     """
 
@@ -56,7 +56,7 @@ class Question:
     chains: int = 1
 
     def __post_init__(self) -> None:
-        """Raises a BadValueError for a fit that would take too much memory or time."""
+        """Raises a BadValueError if the fit would take too much memory or time."""
         rows = self.draws * self.particles
         lifts = max(len(each.objects) for each in self.lifts.people)
         most_rows = min(_MOST_ROWS, _MOST_NUMBERS // len(self.lifts.tools) ** 2, _MOST_WORK // lifts)
@@ -71,11 +71,11 @@ class Question:
         return [each.name for each in self.free]
 
     def convert(self, normal: Array) -> Array:
-        """Converts standard normal numbers, (D, F), to values of the free parameters."""
+        """Converts standard normal numbers, (D, F), to values of the free parameters, (D, F)."""
         return np.column_stack([each.convert(normal[:, column]) for column, each in enumerate(self.free)])
 
     def compute(self, place: int, normal: Array) -> Array:
-        """Computes log likelihoods of one participant's pushes, (D, N)."""
+        """Computes log likelihoods of one participant's N pushes for D draws, both (D, ...); returns (D, N)."""
         return compute_log_likelihoods(
             self.lifts.people[place],
             self.lifts.tools,
@@ -88,23 +88,23 @@ class Question:
         )
 
     def compute_all(self, normal: Array) -> Array:
-        """Computes log likelihoods of all participants' pushes, (D, participants, N), 0 after the last of each."""
+        """Computes log likelihoods of all pushes, (D, participants, N), padded with zeros."""
         tasks = [partial(self.compute, place, normal) for place in range(len(self.lifts.people))]
         return stack(run_tasks(tasks, jobs=self.jobs, description="fit"))
 
     def draw_prior(self) -> Array:
-        """Draws standard normal numbers of the free parameters, (D, F)."""
+        """Draws standard normal numbers for the free parameters from the prior, (D, F)."""
         return draw_prior(self.draws, len(self.free), self.seed)
 
 
 def stack(parts: Sequence[Array]) -> Array:
-    """Stacks arrays of participants, (D, N) each, along a dimension before the last, padded with zeros."""
+    """Stacks participants' arrays, (D, N) each, to (D, participants, N), padded with zeros."""
     longest = max(each.shape[1] for each in parts)
     return np.stack([np.pad(each, ((0, 0), (0, longest - each.shape[1]))) for each in parts], axis=1)
 
 
 def fit_each(question: Question) -> list[Draws]:
-    """Draws from the posterior of each participant alone, all chains one after the other."""
+    """Draws from the posterior of each participant separately, with all chains concatenated."""
     chains = _split_chains(question)
     people = range(len(question.lifts.people))
     tasks = [partial(_fit_one, chain, place) for place in people for chain in chains]
@@ -118,7 +118,7 @@ def _fit_one(question: Question, place: int) -> Draws:
 
 
 def fit_pooled(question: Question) -> Draws:
-    """Draws from the posterior of parameters that all participants share, all chains one after the other."""
+    """Draws from the posterior of parameters shared by all participants, with all chains concatenated."""
     return merge(
         [
             sample(chain.compute_all, len(chain.free), count=chain.draws, moves=chain.moves, seed=chain.seed)
@@ -128,15 +128,20 @@ def fit_pooled(question: Question) -> Draws:
 
 
 def _split_chains(question: Question) -> list[Question]:
-    """Splits a question into its chains; the first has the question's own seed."""
+    """Returns one question for each chain; the first chain has the original seed."""
     others = np.random.SeedSequence(question.seed).generate_state(question.chains - 1)
     return [replace(question, seed=seed, chains=1) for seed in (question.seed, *map(int, others))]
 
 
 def describe_fit(question: Question, found: Draws | Sequence[Draws]) -> xr.DataTree:
-    """Describes a fit, pooled or one of each participant, as a tree of datasets with the groups that ArviZ names.
+    """Builds a tree of datasets from a fit, with the group names of ArviZ.
 
-    Returns: ``posterior`` (chain, draw) or (chain, draw, participant), ``prior`` (chain, draw), ``log_likelihood``
+    Args:
+        question: Question that was fitted.
+        found: Draws of a pooled fit, or a list with the draws of each participant.
+
+    Returns:
+        Groups ``posterior`` (chain, draw) or (chain, draw, participant), ``prior`` (chain, draw), ``log_likelihood``
         (chain, draw, participant, trial), ``observed_data`` (participant, trial), and ``sample_stats``.
     """
     people, size = question.lifts.people, (question.chains, question.draws)
@@ -174,7 +179,7 @@ def describe_fit(question: Question, found: Draws | Sequence[Draws]) -> xr.DataT
 
 
 def _pad(rows: Sequence[Array], value: float) -> Array:
-    """Stacks arrays, padded at the end of their last dimension."""
+    """Stacks arrays after padding each with a value at the end of its last dimension."""
     size = max(np.shape(each)[-1] for each in rows)
     return np.array([_lengthen(np.asarray(each, float), size, value) for each in rows])
 
@@ -185,13 +190,13 @@ def _lengthen(row: Array, size: int, value: float) -> Array:
 
 
 def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
-    """Arranges the log likelihood of a fit for ``arviz.loo`` and ``arviz.compare``, which take no missing values.
+    """Rearranges a fit's log likelihood for ``arviz.loo`` and ``arviz.compare``, which reject missing values.
 
     Args:
         tree: Fit.
-        by: ``participant`` sums the pushes of each, so that whole participants are left out; this only makes sense
-            for a pooled fit. ``push`` has an entry for each known push. Later pushes are still predicted from what
-            was felt in the lift that is left out.
+        by: ``participant`` sums over each participant's pushes, so that whole participants are left out; this makes
+            sense for a pooled fit only. ``push`` has one entry for each observed push; later pushes are still
+            predicted from what was felt in the lift that is left out.
     """
     if by not in ("participant", "push"):
         raise BadValueError("arrange_for_loo", "by", describe_choice(by, ("participant", "push")))
@@ -206,10 +211,12 @@ def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
 
 
 def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Array:
-    """Computes the log score of each push, one step ahead, (N,): that of its prediction from all pushes before it.
+    """Computes the log score of each push, one step ahead, (N,): its log density given all pushes before it.
 
-    Predictions are means over D draws, (D, N), weighted by their prior weights, (D,), or equally, and by how well
-    each predicted the pushes before.
+    Args:
+        log_likelihoods: Log densities of N pushes for D draws, (D, N).
+        log_weights: Log prior weights of the draws, (D,), not necessarily normalised; None if equal. Each draw is
+            also weighted by its likelihood of the pushes before.
     """
     D = len(log_likelihoods)
     weights = np.full(D, -np.log(D)) if log_weights is None else log_weights - logsumexp(log_weights)
@@ -220,12 +227,15 @@ def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Arr
 
 
 def leave_out(log_likelihoods: Array) -> tuple[Array, Array]:
-    """Scores the pushes of each participant by the posterior of all others, one step ahead.
+    """Scores the pushes of each participant one step ahead, under the posterior given all others.
 
-    Draws of the pooled posterior, (D, participants, N), are weighted by the inverse of the likelihood of the
-    participant that is left out.
+    Pooled posterior draws are weighted by the inverse of their likelihood for the participant that is left out.
 
-    Returns: Scores, (participants, N), and the effective number of draws for each participant.
+    Args:
+        log_likelihoods: Log densities of pushes under D pooled posterior draws, (D, participants, N).
+
+    Returns:
+        Log scores, (participants, N), and the effective number of draws for each participant, (participants,).
     """
     totals = log_likelihoods.sum(axis=2)
     scores, effective = [], []
@@ -238,7 +248,7 @@ def leave_out(log_likelihoods: Array) -> tuple[Array, Array]:
 
 
 def write_fit(tree: xr.DataTree, folder: Path) -> None:
-    """Writes the groups of a fit, each as a NetCDF file of its name, which needs no further library."""
+    """Writes each group of a fit to a NetCDF file with the group's name; needs no further library."""
     for name in GROUPS:
         dataset = tree[name].to_dataset()
         write_atomic(
@@ -252,12 +262,12 @@ def _write(dataset: xr.Dataset, path: Path) -> None:
 
 
 def read_fit(folder: Path) -> xr.DataTree:
-    """Reads what ``write_fit`` wrote, as a tree for ArviZ."""
+    """Reads a fit that ``write_fit`` wrote, as a tree for ArviZ."""
     return xr.DataTree.from_dict({name: xr.load_dataset(folder / f"{name}.nc", engine="scipy") for name in GROUPS})
 
 
 def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:
-    """Describes a posterior: mean, and 5 % and 95 % quantiles, of each free parameter."""
+    """Returns posterior mean, and 5 % and 95 % quantiles, of each free parameter."""
     values = question.convert(draws.normal)
     return {
         name: [float(column.mean()), *np.quantile(column, [0.05, 0.95]).tolist()]

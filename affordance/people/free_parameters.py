@@ -1,4 +1,4 @@
-"""Free parameters of a fit: which a learner has, the prior of each, and values by standard normal numbers."""
+"""Free parameters of a fit: their choice, their priors, and their values from standard normal numbers."""
 
 import math
 import typing
@@ -22,25 +22,25 @@ _MOST_FREE = 8
 
 @dataclass(frozen=True)
 class FreeParameter:
-    """Free parameter whose prior is normal in its logarithm, or in its logit if it is a share."""
+    """Free parameter whose prior is normal in its logarithm, or in its logit if it is a fraction."""
 
     name: str
     median: float
-    sd: float  # of the logarithm, or logit
+    sd: float  # SD of the logarithm or logit
     is_share: bool
     low: float
     high: float
 
     def convert(self, normal: Array) -> Array:
-        """Converts standard normal numbers to values of the parameter, within its bounds."""
+        """Converts standard normal numbers to values of the parameter, clipped to its bounds."""
         moved = self.sd * normal
         value = expit(logit(self.median) + moved) if self.is_share else self.median * np.exp(moved)
         clipped: Array = np.clip(value, self.low, self.high)
         return clipped
 
 
-# Median, and SD of logarithm or logit, of parameters whose usual value is no guess at a person's. All others have
-# their usual value and 1.
+# Median, and SD of logarithm or logit, of parameters whose usual value is not an estimate for people. All other
+# parameters have their usual value as median and an SD of 1.
 _PRIORS: Mapping[str, tuple[float, float]] = {
     "push_error": (0.2, 0.5),
     "gain": (1.0, 0.2),
@@ -51,10 +51,15 @@ _KAPPA_SD = 0.5
 
 
 def list_free(learner: Learner, participant: Participant, names: Sequence[str] | None = None) -> list[FreeParameter]:
-    """Lists the free parameters of a fit: by name, or the error of the push and what the learner has to be fitted.
+    """Lists the free parameters of a fit.
 
-    A name that is not known, one that is there twice, or an error of the push of 0 that is not free raises a
-    BadValueError.
+    Args:
+        learner: Learner.
+        participant: Participant, whose parameters are fixed unless named.
+        names: Names of the free parameters; None for the error of the push and the learner's ``fitted`` parameters.
+
+    Raises:
+        BadValueError: A name is unknown or repeated, there are too many, or the error of the push is 0 and not free.
     """
     known = [*OF_PARTICIPANTS, *_list_types(learner)]
     chosen = list(names) if names is not None else ["push_error", *learner.fitted]
@@ -66,7 +71,7 @@ def list_free(learner: Learner, participant: Participant, names: Sequence[str] |
     if len(chosen) > _MOST_FREE:
         raise BadValueError("--free", "", f"has {len(chosen)} parameters, must have at most {_MOST_FREE}")
     if "push_error" not in chosen and not np.min(participant.push_error) > 0.0:
-        problem = "is 0, must be above 0, as .2, since no push is exactly what a learner predicts; or be free"
+        problem = "is 0, must be above 0, such as .2, as no push is exactly as a learner predicts; or let it be free"
         raise BadValueError("--set", "participant.push_error", problem)
     return [_describe(name, learner, participant) for name in chosen]
 
@@ -74,7 +79,7 @@ def list_free(learner: Learner, participant: Participant, names: Sequence[str] |
 def set_values(
     learner: Learner, participant: Participant, free: Sequence[FreeParameter], values: Array
 ) -> tuple[Learner, Participant]:
-    """Returns learner and participant with values of the free parameters by observer, (observers, parameters)."""
+    """Returns learner and participant with the free parameters set to ``values``, (observers, parameters)."""
     by_name = {each.name: tuple(values[:, column].tolist()) for column, each in enumerate(free)}
     own = {name: value for name, value in by_name.items() if name not in OF_PARTICIPANTS}
     pushed = {name: value for name, value in by_name.items() if name in OF_PARTICIPANTS}

@@ -1,10 +1,10 @@
-"""Likelihood of the pushes of one person, by a particle filter over a learner's states.
+"""Likelihood of one person's pushes, from a particle filter over a learner's states.
 
-What a person felt in a lift and, of learners that draw, which hypothesis was adopted, is not seen. Particles draw
-both; before each lift they are weighted by the probability density of the push (a bootstrap filter), and drawn anew
-where the effective number is below half. Rows of the learner's arrays are D values of the parameters times P
-particles. All values share one stream of random numbers, so that likelihoods differ by the values alone as far as
-they can.
+Two things are unobserved: what a person felt in a lift and, for learners that draw, which hypothesis was adopted.
+Particles draw both. Before each lift they are weighted by the probability density of the push (bootstrap filter), and
+resampled if the effective number is below half. Rows of the learner's arrays are D values of the parameters times P
+particles. All values share one stream of random numbers, so that differences in likelihood are caused by the values
+alone as far as possible.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ from affordance.simulation.static_lifts import StaticLifter
 
 
 class _SharedDraws:
-    """Random numbers for P particles of each of D values of parameters, the same for each value."""
+    """Random numbers for P particles of each of D parameter values, equal for all values."""
 
     def __init__(self, rng: np.random.Generator, values: int, particles: int) -> None:
         self._rng, self._values, self._particles = rng, values, particles
@@ -55,16 +55,16 @@ def compute_log_likelihoods(
     particles: int,
     seed: tuple[int, ...],
 ) -> Array:
-    """Computes the log probability density of each push given those before it, (D, N); 0 where there is none.
+    """Computes the log probability density of each push given those before it, (D, N); 0 for an unknown push.
 
     Args:
         person: Lifts of the person.
-        tools: Objects.
-        learner: Learner; its other parameters are kept.
-        settings: Settings; their participant says what is not free.
+        tools: Objects that were lifted.
+        learner: Learner; its parameters that are not free keep their values.
+        settings: Settings; their participant has the values that are not free.
         free: Free parameters, F of them.
-        values: Values of these, (D, F).
-        particles: Number of particles P.
+        values: Values of the free parameters, (D, F).
+        particles: Number of particles P for each value.
         seed: Seed of the stream of random numbers.
     """
     D, P = len(values), particles
@@ -90,7 +90,7 @@ def compute_log_likelihoods(
             found[:, number] = logsumexp(weighted, axis=1)
             log_weights = weighted - found[:, number, None]
         if teaches:
-            # The errors of this lift are drawn for each place of a particle, whichever particle has it then.
+            # Errors of this lift are drawn for each index of a particle, whichever particle occupies it then.
             drawn, log_weights = _draw_anew(log_weights, float(rng.random()))
             if drawn is not None:
                 state, believed = take_rows(state, drawn), believed[drawn]
@@ -106,7 +106,7 @@ def _get_pushes(participant: Participant, size: int) -> Pushes:
 
 
 def _draw_anew(log_weights: Array, uniform: float) -> tuple[NDArray[np.intp] | None, Array]:
-    """Draws particles anew (systematic resampling) for each value with few effective ones; None if there is none."""
+    """Resamples particles (systematically) for values with few effective ones; returns None if there are none."""
     D, P = log_weights.shape
     weights = np.exp(log_weights)
     few = 1.0 / (weights**2).sum(axis=1) < 0.5 * P

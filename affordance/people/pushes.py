@@ -1,4 +1,4 @@
-"""Pushes of people, or of simulated ones, from a table of lifts (lifts.csv), with the objects that they lifted."""
+"""Reads people's (or simulated) pushes and the objects that they lifted from a table of lifts (lifts.csv)."""
 
 import math
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from affordance.objects.cylinder import cylinder
 from affordance.objects.tool import Tool
 from affordance.reporting.lift_means import PEOPLE
 
-# Columns that are read; others, as those that the program writes, are left alone.
+# Columns that are read; others, such as those that the program writes itself, are ignored.
 _COLUMNS = (
     "participant",
     "observer",
@@ -35,11 +35,11 @@ _LARGEST = 0.1  # volume of an object, [m^3]
 
 
 class Person(NamedTuple):
-    """Lifts of one participant in their order, (N,) each."""
+    """Lifts of one participant in order, N of them."""
 
     name: str
-    objects: NDArray[np.intp]  # number of the object
-    pushes: Array  # upward force before release, [N]; NaN where it is not known
+    objects: NDArray[np.intp]  # index of the object in ``Lifts.tools``, (N,)
+    pushes: Array  # upward force before release, (N,), [N]; NaN where unknown
     teaches: Mask
 
 
@@ -51,20 +51,20 @@ class Lifts(NamedTuple):
 
 
 def read_lifts(path: Path, *, learner: str = "", tools: Sequence[Tool] = ()) -> Lifts:
-    """Reads the lifts of participants, or of simulated observers, who then are participants.
+    """Reads the lifts of participants; simulated observers count as participants too.
 
-    Without objects they are made from the table: cylinders of the mass and size that each row gives, held at their
-    middle, of one look unless the column ``looks_like`` says otherwise. For lifts, nothing else of them matters.
+    Without ``tools``, objects are built from the table: cylinders with the mass and size given in each row, held at
+    their middle. They look alike unless the column ``looks_like`` differs. No other property matters for lifts.
 
     Args:
-        path: Table with a row for each lift.
-        learner: Learner whose observers are meant, or "people"; empty if the table has lifts of one only, or of
-            people.
+        path: Table with one row for each lift.
+        learner: Learner whose simulated observers are read, or "people"; empty for people, or if the table has the
+            lifts of a single learner.
         tools: Objects that the table names.
 
     Raises:
-        BadValueError: The table cannot be read, is too large, or a cell is wrong; or it has lifts of several learners
-            and none is chosen.
+        BadValueError: The table cannot be read, is too large, or has an invalid cell; or it has lifts of several
+            learners and none was chosen.
     """
     cells = Cells.read(path, _COLUMNS, {})
     count = len(cells.numbers)
@@ -101,7 +101,7 @@ def read_lifts(path: Path, *, learner: str = "", tools: Sequence[Tool] = ()) -> 
 
 
 def _choose(path: Path, known: Sequence[str], learner: str) -> str:
-    """Chooses whose lifts are meant: those of people, if there are any."""
+    """Returns whose lifts are read: the chosen learner's, else people's, else those of the only learner."""
     if learner:
         if learner not in known:
             raise BadValueError(path, "--of", describe_choice(learner, known))
@@ -109,14 +109,14 @@ def _choose(path: Path, known: Sequence[str], learner: str) -> str:
     if PEOPLE in known or len(known) == 1:
         return PEOPLE if PEOPLE in known else known[0]
     raise BadValueError(
-        path, "learner", f"has {', '.join(known)}; --of says whose lifts are meant, as --of {known[0]}"
+        path, "learner", f"has {', '.join(known)}; --of says whose lifts are meant, such as --of {known[0]}"
     )
 
 
 def _find_objects(
     cells: Cells, rows: Sequence[int], tools: dict[str, Tool]
 ) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
-    """Finds the object of each row, (rows,), and the objects: those that are named, or made by size and mass."""
+    """Returns each row's index of an object, (rows,), and the objects, looked up by name or built from the table."""
     names = cells.read_choices("object", tools) if tools else cells.read_names("object", "")
     if tools:
         order = list(dict.fromkeys(names[row] for row in rows))
@@ -134,7 +134,9 @@ def _find_objects(
                 if value == "" or value != value:
                     cells.refuse(row, column, "is empty, must say what was lifted; or --objects names a file")
             if len(made) == _MOST_OBJECTS:
-                cells.refuse(row, "object", f"is another of more than {_MOST_OBJECTS}, must be of at most as many")
+                cells.refuse(
+                    row, "object", f"is another of more than {_MOST_OBJECTS} objects, the most that are built"
+                )
             numbers[key] = len(made)
             known = list(dict.fromkeys(each[3] for each in numbers))
             try:
@@ -146,7 +148,7 @@ def _find_objects(
 
 
 def _make(name: str, mass: float, size: float, look: str, number: int) -> Tool:
-    """Makes a cylinder as high as it is thick; looks that are no colours are given some."""
+    """Builds a cylinder as high as its diameter; a look that is not a colour gets an arbitrary one."""
     radius = (size / (2.0 * math.pi)) ** (1.0 / 3.0)
     colour = look if is_colour(look) else f"#{(40 + 67 * number) % 256:02x}{(90 + 101 * number) % 256:02x}8c"
     return cylinder(name, radius=radius, height=2.0 * radius, mass=mass, colour=colour)

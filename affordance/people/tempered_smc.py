@@ -1,9 +1,9 @@
-"""Sequential Monte Carlo by tempering: draws from a posterior whose prior is standard normal.
+"""Tempered sequential Monte Carlo: draws from a posterior whose prior is standard normal.
 
-Draws of the prior are moved to the posterior through powers of the likelihood, each as large as half of the draws
-allow. After each, draws are drawn anew and moved by random walks (Metropolis), scaled to their spread. Discrete
-hypotheses inside of the likelihood forbid gradients. The likelihood is estimated with one stream of random numbers,
-so that it is a function of its argument.
+Prior draws are moved to the posterior through increasing powers of the likelihood. Each power is as large as possible
+with half of the draws still effective. After each stage, draws are resampled and moved by Metropolis random walks
+scaled to their spread. Discrete hypotheses in the likelihood rule out gradients. The likelihood is estimated with one
+fixed stream of random numbers, so it is a deterministic function of its argument.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,21 +15,21 @@ from scipy.stats import norm, qmc
 
 from affordance.arrays import Array
 
-_SHARE = 0.5  # of effective draws, which a power of the likelihood leaves
+_SHARE = 0.5  # fraction of draws that remain effective at each power of the likelihood
 _MOST_STAGES = 100
 
 
 class Draws(NamedTuple):
-    """Draws of a posterior.
+    """Draws from a posterior.
 
     Attributes:
-        normal: Arguments, (D, F).
-        log_likelihoods: Further results of the function for each, (D, ...).
-        powers: Power of the likelihood after each stage, (chains, stages); the last is 1, or NaN after it.
-        acceptance: Share of moves that were accepted at each stage, (chains, stages).
+        normal: Standard normal arguments, (D, F).
+        log_likelihoods: Log likelihoods of each draw in parts, (D, ...).
+        powers: Power of the likelihood after each stage, (chains, stages); the last is 1, NaN after it.
+        acceptance: Acceptance rate of the moves in each stage, (chains, stages).
         log_evidence: Log probability density of the data.
-        prior_normal: Draws of the prior with which it began, (D, F).
-        prior_log_likelihoods: Further results of the function for these, (D, ...).
+        prior_normal: Prior draws from which the sampler started, (D, F).
+        prior_log_likelihoods: Log likelihoods of these in parts, (D, ...).
     """
 
     normal: Array
@@ -42,7 +42,7 @@ class Draws(NamedTuple):
 
 
 def draw_prior(count: int, size: int, seed: int) -> Array:
-    """Draws standard normal numbers that fill their space evenly (Sobol's sequence, scrambled), (count, size)."""
+    """Draws standard normal numbers that fill their space evenly (scrambled Sobol sequence), (count, size)."""
     points = qmc.Sobol(size, rng=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(count))))[:count]
     numbers: Array = norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9))
     return numbers
@@ -52,10 +52,10 @@ def sample(compute: Callable[[Array], Array], size: int, *, count: int, moves: i
     """Draws from the posterior of F parameters.
 
     Args:
-        compute: Function of D arguments, (D, F), that returns log likelihoods in parts, (D, ...), whose sum counts.
+        compute: Function from arguments, (D, F), to log likelihoods in parts, (D, ...), which are summed.
         size: Number F of parameters.
         count: Number D of draws.
-        moves: Number of random walks after each stage.
+        moves: Number of random-walk steps after each stage.
         seed: Seed of the random numbers.
     """
     rng = np.random.default_rng([seed, 1])
@@ -91,7 +91,7 @@ def sample(compute: Callable[[Array], Array], size: int, *, count: int, moves: i
 
 
 def merge(chains: Sequence[Draws]) -> Draws:
-    """Merges the draws of independent samplers, one after the other; the evidence is their mean."""
+    """Concatenates the draws of independent samplers; the evidence is the mean of theirs."""
     stages = max(each.powers.shape[1] for each in chains)
     powers, acceptance = (
         np.vstack([np.pad(each, ((0, 0), (0, stages - each.shape[1])), constant_values=np.nan) for each in parts])
@@ -111,7 +111,7 @@ def _sum(parts: Array) -> Array:
 
 
 def _find_step(total: Array, most: float) -> float:
-    """Finds the largest further power that leaves a share of effective draws, at most ``most``, by bisection."""
+    """Finds the largest step in power, up to ``most``, that keeps enough draws effective, by bisection."""
 
     def count(step: float) -> float:
         weights = np.exp(step * (total - total.max()))

@@ -1,9 +1,10 @@
-"""Recursive Bayesian estimator of a held object's densities.
+"""Recursive Bayesian estimator of a held object's densities from joint torques.
 
-Within a trial it averages, sample by sample; the posterior at any time follows from the mean so far and the belief
-at the start of the trial, so that the recursion is exact. Errors that grow with torque depend on the unknown
-densities: their size is evaluated at the posterior mean, iterated to a fixed point. The object's own deviation from
-its materials' means is a nuisance: it is marginalised, so an odd object moves a material as Bayes' rule requires.
+Within a trial, the estimator averages features of the torques sample by sample. The posterior at any time follows
+from this average and the belief at the start of the trial, so the recursion is exact. The size of errors that grow
+with torque depends on the unknown densities: it is evaluated at the posterior mean, iterated to a fixed point. The
+object's own deviation from its materials' means is a nuisance parameter and is marginalised, so that an odd object
+updates the belief about a material by exactly as much as Bayes' rule prescribes.
 """
 
 from dataclasses import replace
@@ -42,10 +43,18 @@ class Inference(NamedTuple):
 def compute_posterior(
     prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation: float
 ) -> Inference:
-    """Applies Bayes' rule to the torques measured in a trial so far; deviations of density as fractions.
+    """Computes the posterior from the torques measured in a trial so far, by Bayes' rule.
 
-    Before the first sample the prior is returned, with zero log evidence and a p-value of 1. If no fixed point of the
-    errors' size is found, an AffordanceError is raised.
+    Args:
+        prior: Belief at the start of the trial.
+        statistics: Sufficient statistics of the torques; without a sample the prior is returned, with zero log
+            evidence and a p-value of 1.
+        num_joints: Number of joints.
+        noise: Model of torque errors.
+        deviation: SD of an object's density about its material's mean, as a fraction of the mean.
+
+    Raises:
+        AffordanceError: The iteration for the size of the errors finds no fixed point.
     """
     if statistics.num_samples == 0:
         return Inference(prior, 0.0, 1.0)

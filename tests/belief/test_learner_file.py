@@ -162,7 +162,7 @@ def test_settings_list_parameters_with_unit_and_source():
     [
         ("kinds", "--learner: is 'kinds', must be one of density, kinds_map, kinds_drawn"),
         ("nowhere.py:Mine", "--learner: is 'nowhere.py', which is not a Python file"),
-        ("{mine}", "kinds_drawn, nothing_remembered, own_memory, own_and_shared, or one's own, as {mine}:CLASS"),
+        ("{mine}", "kinds_drawn, nothing_remembered, own_memory, own_and_shared, or your own, as {mine}:CLASS"),
         ("{mine}:mine", "mine.py: class: is 'mine', must be one of Mine; did you mean Mine?"),
         ("{mine}:other", "mine.py: class: is 'other', must be one of Mine"),
         ("{mine}:Abstract", "mine.py: Abstract: has no method 'believe', which a learner must have"),
@@ -228,10 +228,10 @@ class Bare(Learner):
 
 def test_a_learner_without_colours_met_later_says_so():
     memory = start_memory(Bare()).add_colours([(0.1, 0.2, 0.3)], Prior())
-    with pytest.raises(AffordanceError, match="Bare met a colour after its start, which takes a method 'meet'"):
+    with pytest.raises(AffordanceError, match="Bare met a new colour after its start, which needs a method 'meet'"):
         memory.add_colours([(0.9, 0.2, 0.3)], Prior())
     both = start_memory(Bare()).add_colours([(0.1, 0.2, 0.3), (0.9, 0.2, 0.3)], Prior())
-    with pytest.raises(AffordanceError, match="Bare has to forget a colour, which takes a method 'select'"):
+    with pytest.raises(AffordanceError, match="Bare has to forget a colour, which needs a method 'select'"):
         both.restrict_to([(0.9, 0.2, 0.3)])
 
 

@@ -71,7 +71,7 @@ def test_text_is_json_without_what_was_only_recalled():
 def test_memory_of_another_learner_is_named_in_a_line():
     text = format_memory(lift(start_memory("kinds_map"), [BRASS], 0.1, [8000.0]))
     assert refuse(parse_memory, text, DENSITY) == (
-        "memory: learner: is 'kinds_map', must be 'density', by which the memory is recalled"
+        "memory: learner: is 'kinds_map', must be 'density', the learner that reads the memory"
     )
 
 
@@ -84,7 +84,7 @@ def test_memory_of_another_learner_is_named_in_a_line():
         ('{"gate": 1}', "memory: is not a memory of materials"),
         ('{"colours": [[1, 2]]}', "memory: is not a memory of materials"),
         ('{"learner": "density"}', "memory: is not a memory of materials"),
-        (f'{HEAD}, "state": {{"a": {{"type": "object", "shape": [], "values": 1}}}}}}', "is of 'object'"),
+        (f'{HEAD}, "state": {{"a": {{"type": "object", "shape": [], "values": 1}}}}}}', "has the type 'object'"),
         (f'{HEAD}, "state": {{"a": {{"type": "int64", "shape": [9], "values": [1]}}}}}}', "reshape"),
         (f'{HEAD}, "state": {{"a": {{"type": "int64", "shape": [1], "values": [1e99]}}}}}}', "memory:"),
     ],

@@ -220,7 +220,10 @@ def build_load(size):
         (lambda: expect({"bras": 8500}), "densities: is 'bras', must be one of .*did you mean"),
         (lambda: expect({(212, 160, 23): 8500}), r"densities\[0\]: is 212, must be from 0 to 1"),
         (lambda: expect([8500]), "densities: is of type list, must be a mapping"),
-        (lambda: NOVICE.density("brass"), "material: is 'brass', of which no object was met; colours met are none"),
+        (
+            lambda: NOVICE.density("brass"),
+            "material: is 'brass', but no object of its colour was met; colours met are none",
+        ),
         # Calls that ended in errors of Python, or were accepted.
         (lambda: hold(RODS[0], NOVICE, duration="3"), "duration: is '3', must be a number"),
         (lambda: hold(RODS[0], NOVICE, seed=None), "seed: is empty, must be a number"),

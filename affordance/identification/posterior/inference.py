@@ -1,4 +1,4 @@
-"""Inference of a payload from evidence of any analysis, and the assumptions behind it."""
+"""Inference of a payload from the evidence of any analysis, and the list of assumptions behind it."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _NUM_PRIOR_BODIES = 1000
-_ODD = 0.05  # probability of a run below which a note reports it
+_ODD = 0.05  # probability of a run below which the belief gets a note
 
 
 def infer(
@@ -31,15 +31,24 @@ def infer(
     deviation: float = 0.06,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
-    """Infers the belief about a payload from evidence; a camera that saw another object is left out, with a note.
+    """Infers the belief about a payload from the evidence of a run.
 
-    Gains are those for this run, drift included. A placed object is what a camera saw, in the frame of the tip, its
-    density about its material's mean with an SD in [kg/m^3]; the prior of a body that no camera has seen is any solid
-    that a hand could hold if None.
+    If a camera saw another object than the one that was held, the camera is ignored and a note is added.
+
+    Args:
+        evidence: Evidence of the run, from any analysis.
+        gains: Belief about the joints' gains before this run, drift included.
+        solid: Prior of a body that no camera has seen; None for any solid that a hand could hold.
+        placed: Object that a camera saw, in the frame of the tip; None without a camera.
+        deviation: SD of an object's density about its material's mean, as a fraction of the mean.
+        settings: Settings of identification.
+
+    Returns:
+        Belief with samples of the ten inertial parameters in the frame of the tip.
     """
     evidence = replace(evidence, least_variance=np.maximum(evidence.least_variance, gains.least_variance))
     solid = SolidPrior.for_hand() if solid is None else solid
-    # Torques determine the body up to a factor common to all gains.
+    # Torques determine the body only up to a factor common to all gains.
     felt = solid.with_common_factor(gains.common_sd)
     evidence = add_friction_error(evidence, gains, felt, settings)
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)

@@ -117,11 +117,19 @@ def infer_parts(
     rng: np.random.Generator,
     num_samples: int,
 ) -> PartPosterior:
-    """Applies Bayes' rule to a run with an object that was seen, whose pose is in the frame of the tip.
+    """Infers the body and the densities of a seen object from a run, by Bayes' rule.
 
-    Standard deviations are relative: of the density about its material's mean, of the unseen mass, and of a factor
-    common to all gains, which is treated to first order. If fewer than one
-    sample in 50 is physically consistent, a NotTheSeenObjectError is raised.
+    Args:
+        likelihood: Likelihood of body and load in the run.
+        placed: Object that a camera saw, in the frame of the tip.
+        deviation: SD of an object's density about its material's mean, as a fraction of the mean.
+        unseen_share: SD of the unseen mass, as a fraction of the object's mass.
+        common_gain_sd: Relative SD of a factor common to all gains, which is treated to first order.
+        rng: Random numbers.
+        num_samples: Number of samples of the body.
+
+    Raises:
+        NotTheSeenObjectError: Fewer than one sample in 50 is physically consistent.
     """
     prior, Phi = placed.belief, placed.belief.geometry.Phi
     phantom = likelihood.prior.phantom_covariance
