@@ -59,12 +59,12 @@ def run(setup: Setup) -> Results:
         title="Simulation II: the centre of mass",
         summary=(
             f"{count_observers(setup.observers)} held {first} and {second} in turn, in {trials} trials of"
-            f" {DURATION:g} s. They then held each once more, and a decoy that looks like {first} but is made like {second};"
-            " nothing is learned in this last pass."
+            f" {DURATION:g} s. They then held each once more, and a decoy that looks like {first} but is made like"
+            f" {second}; nothing is learned in this last pass."
         ),
         finding=(
-            f"After {trials} trials, the mass of an object is predicted from sight with a median error of "
-            f"{numbers['mass_error']:.1%}, and its centre of mass with one of {1000.0 * numbers['com_error_m']:.1f} mm."
+            f"After {trials} trials, the mass of an object is predicted from sight with a median error of"
+            f" {numbers['mass_error']:.1%}; that of its centre of mass is {1000.0 * numbers['com_error_m']:.1f} mm."
         ),
         data=add_motion(data, shown, setup.settings),
         numbers=numbers,

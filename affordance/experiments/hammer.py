@@ -58,10 +58,8 @@ from affordance.simulation.blow import Blow
 from affordance.simulation.trial import get_runner
 
 NEEDS = ("objects", "blow")  # what the arm must be able to do: take objects into its hand, and strike
-TOOLS, NAIL = (
-    "tools/novel.yaml",
-    "nail.yaml",
-)  # in the folder of models; the first tool is the paper's, the second has a head
+# Files in the folder of models; the first tool is the paper's, the second has a head.
+TOOLS, NAIL = "tools/novel.yaml", "nail.yaml"
 RATIO, SHARE = Unit(digits=3), Unit("%", scale=100.0, digits=1)
 
 
@@ -107,8 +105,8 @@ def run(setup: Setup) -> Results:
         order=4,
         title="Simulation IV: choosing a grip for hammering",
         summary=(
-            f"{count_observers(setup.observers)} held the objects of Simulation II. After every trial they chose which"
-            f" end of the {name} to hold, to drive a nail up to a resistance of {task.force:.0f} N with the least"
+            f"{count_observers(setup.observers)} held the objects of Simulation II. After every trial they chose the"
+            f" end of the {name} by which to drive a nail up to a resistance of {task.force:.0f} N with the least"
             f" absolute work of the joints, which counts braking like driving. They never held the {name}."
         )
         + (f" They also chose a grip for: {others}." if others else "")
@@ -144,7 +142,9 @@ def run(setup: Setup) -> Results:
                 tabulate_tools(numbers)
             ),
             f"The demanded blow with each grip of the {name}, from rest to the strike.": tabulate(numbers),
-            f"The {name}: two rules of choice and two measures of cost, after 0, 1, 2, ... trials.": tabulate_rules(numbers),
+            f"The {name}: two rules of choice and two measures of cost, after 0, 1, 2, ... trials.": tabulate_rules(
+                numbers
+            ),
         },
         remarks=[
             (
@@ -159,7 +159,7 @@ def run(setup: Setup) -> Results:
             (
                 "The blow is infeasible with every grip at all densities drawn from the prior."
                 if light is None
-                else f"At densities drawn from the prior, {100.0 * light:.1f} % of the choices grip the less dense end."
+                else f"At densities drawn from the prior, {100.0 * light:.1f} % of choices grip the less dense end."
             ),
             compare_measures(numbers, first),
         ],
@@ -282,7 +282,10 @@ def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
     p, ci95 = n["p_correct"], n["p_correct_ci95"]
     # The claim is about this grip; the stored ratio is the other grip's work over the cheaper grip's.
     ratio = n["energy_ratio_true"] if n["correct_grip"] == grip_densest_far else 1.0 / n["energy_ratio_true"]
-    below, above = p[1] - ci95[1][0], ci95[1][1] - p[1]  # distances to the ends of the interval, which must contain 65 %
+    below, above = (
+        p[1] - ci95[1][0],
+        ci95[1][1] - p[1],
+    )  # distances to the ends of the interval, which must contain 65 %
     return [
         claim("correct_grip", "paper IV-D",
               "For this task the optimal choice is to grasp the wooden side of the object.",

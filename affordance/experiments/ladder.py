@@ -267,7 +267,7 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
     nothing, own, look = (each.name for each in RUNGS)
     return [
         claim("nothing_remembered", "ours, a prediction; Bower on 9 months",
-              "Without memory the arm sinks with every rod, farther with a longer one, and as far in the second hold.",
+              "Without memory the arm sinks with every rod, farther with longer ones, and as far the second time.",
               *compare("largest excursion, m", lambda a: a[nothing]["first_m"], below=0),
               *compare("its change from rod to rod, m", lambda a: np.diff(a[nothing]["first_m"]), below=0),
               *compare("second hold over first", lambda a: a[nothing]["second_m"] / a[nothing]["first_m"],

@@ -14,7 +14,7 @@ from affordance.reporting.figures import DECOY_COLOUR, FONT_SIZE, OBJECT_COLOURS
 
 ARMS = ("adult", "infant")
 # What infants did at the age that each learner stands for. Sources: Bower 1974, Development in Infancy, on motor
-# behaviour; for nine and twelve months a translation was read, for eighteen months it is cited from memory, unchecked.
+# behaviour; for nine and twelve months a translation was read; eighteen months is cited from memory, unchecked.
 # Mounoud and Bower's article was not read. The paper (I, IV-A) puts the last rung at nine months.
 AGES = {
     "nothing_remembered": ("9 months", "the arm drops each time, even when the object was given several times"),

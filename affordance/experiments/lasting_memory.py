@@ -26,7 +26,7 @@ def remember_in(setup: Setup, place: Path | str, same_colours: SameColours = ())
 
     Args:
         setup: Setup of a run of one observer.
-        place: Path of the SQLite file. If it does not exist, the memory is empty, and the first trial creates the file.
+        place: Path of the SQLite file. If it does not exist, the memory is empty, and the first trial creates it.
         same_colours: Pairs of colours that are the same but look different to two cameras. The second colour of each
             pair must be in the memory, and is read as the first.
 
@@ -44,9 +44,7 @@ def remember_in(setup: Setup, place: Path | str, same_colours: SameColours = ())
         with open_memory(place, create=False) as ledger:
             known = recall_with_objects(ledger, settings.learner, settings.prior, setup.seed, same_colours)
             trials = len(ledger)
-    remember = partial(
-        _append, place, uuid.uuid4().hex
-    )  # so that observers of different runs are not confused
+    remember = partial(_append, place, uuid.uuid4().hex)  # so that observers of different runs are not confused
     seed = (setup.seed + trials) % (int(SEEDS.high) + 1)
     return replace(setup, known=format_memory(known), remember=remember, seed=seed)
 

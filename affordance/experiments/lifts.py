@@ -170,7 +170,9 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
     """
     check_closed_form(settings)
     if settings.feature_source is not FeatureSource.FEATURES:
-        raise BadValueError("--vision", "", f"is 'pixels', must be 'features' for {name}, whose lifts are in closed form")
+        raise BadValueError(
+            "--vision", "", f"is 'pixels', must be 'features' for {name}, whose lifts are in closed form"
+        )
     if settings.faults != NO_FAULTS:
         problem = f"is given, must be omitted for {name}, whose lifts in closed form support none"
         raise BadValueError("--fault", "", problem)
@@ -210,7 +212,12 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
             ("kind", record.kind, "1", "kind of the object after the lift; 0 if the learner has no kinds"),
             ("p_value", record.p_value, "1", "p-value of what was felt, under the belief before the lift"),
             ("felt", record.felt, "N", "believed weight after the object was felt"),
-            ("expected_by_look", record.expected_by_look, "N", "weight that the object's look predicts, before the lift"),
+            (
+                "expected_by_look",
+                record.expected_by_look,
+                "N",
+                "weight that the object's look predicts, before the lift",
+            ),
             ("heaviness", heaviness, "N", "judged heaviness"),
             *((name, np.tile(values, (num_lifts, 1)), "", "of the observer") for name, values in own.items()),
         )

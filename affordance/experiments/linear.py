@@ -104,8 +104,8 @@ def run(name: str, setup: Setup) -> Results:
         title=f"{group.name}: an odd member of a family ({SOURCE})",
         summary=(
             f"{count_observers(setup.observers)} of each learner lifted four objects of one look {FAMILIAR} times"
-            f" each, then a test object of {group.mass:g} kg, whose size predicts {DENSITY * HEIGHT:g} kg, {MIXED} times"
-            " among them. The force is exerted against a stiff clamp before release. Kappa, the breadth of a"
+            f" each, then a test object of {group.mass:g} kg, whose size predicts {DENSITY * HEIGHT:g} kg, {MIXED}"
+            " times among them. The force is exerted against a stiff clamp before release. Kappa, the breadth of a"
             " category, was fitted to this group and the other one; nothing else was fitted."
         ),
         finding=(
@@ -118,18 +118,18 @@ def run(name: str, setup: Setup) -> Results:
         figures={
             "test_object": (
                 (
-                    "Force before each lift of the test object. Thin lines are single observers; black marks are people's"
-                    " means with 95 % intervals."
+                    "Force before each lift of the test object. Thin lines are single observers; black marks are"
+                    " people's means with 95 % intervals."
                 ),
                 partial(draw_forces, lifts, ["test"], title=title, predicted_by=[*TRAINING], people=marks),
             )
         },
         tables={"Means over observers and people, with 95 % intervals.": tabulate(numbers)},
         remarks=[
-            "The interval of people's f is computed from the published intervals of its two forces, as if independent.",
+            "The interval of people's f follows from the published intervals of its two forces, as if independent.",
             (
-                "Observers differ in their sensory noise and in their random draws; people also differ in how hard they"
-                " push. The score that people saw after each lift is not modelled; feeling the weight takes its"
+                "Observers differ in their sensory noise and in their random draws; people also differ in how hard"
+                " they push. The score that people saw after each lift is not modelled; feeling the weight takes its"
                 " place."
             ),
         ],

@@ -1,4 +1,4 @@
-"""Linear++: in a family whose weight is in proportion to size, one object weighs two thirds too much.
+"""Linear++: in a family whose weight is in proportion to size, one object weighs two thirds more than predicted.
 
 The program of both groups is ``linear.py``.
 """

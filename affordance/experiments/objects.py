@@ -64,7 +64,7 @@ def check_can_be_held(file: Path, tools: Sequence[Tool], settings: Settings, sta
     static = StaticHold(arm, arm.find_posture(dict(start)))
     posture = "start" if start else "home"
     for tool in tools:
-        # First with an empty hand: otherwise the arm's own weight, perhaps in wrong units, would be blamed on the tool.
+        # First with an empty hand: otherwise the arm's weight, perhaps in wrong units, would be blamed on the tool.
         for joint, torque, bound in arm.find_overloads(static.tau_arm):
             problem = f"loads {joint} with {torque:.3g} N m in the {posture} posture with an empty hand"
             raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
