@@ -15,12 +15,18 @@ from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 from affordance.reporting.replay import Replay, Scene
 from affordance.simulation.blow import Blow
 
-TOUCH = np.arange(-0.002, 0.012, 2e-5)  # time around the first touch that is kept, if the nail rests by then, [s]
-SLOWER, SLOW_BEFORE, SLOW_AFTER = 80.0, 0.01, 0.03  # factor of slow motion, and its span around the strike, [s]
+TOUCH = np.arange(-0.002, 0.012, 2e-5)  # times kept around the first touch, [s]; longer if the nail still moves
+SLOWER, SLOW_BEFORE, SLOW_AFTER = 80.0, 0.01, 0.03  # slow-motion factor; its span before and after the strike, [s]
 
 
 def label_nails(blows: Sequence[Blow]) -> xr.Dataset:
-    """Labels the force on the nail and its travel around the strike, with each grip."""
+    """Returns force on the nail and its travel around the strike as a labelled dataset.
+
+    Args:
+        blows: Simulated blows, one for each grip.
+
+    Returns: ``resistance`` and ``contact``, [N], and ``travel``, [m], over grip and time since the touch, [s].
+    """
     longest = max(blow.nail.time_of_rest - blow.nail.time_of_touch for blow in blows)
     times = np.arange(TOUCH[0], max(TOUCH[-1], longest - TOUCH[0]), TOUCH[1] - TOUCH[0])
 
@@ -39,7 +45,7 @@ def label_nails(blows: Sequence[Blow]) -> xr.Dataset:
 
 
 def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Figure:
-    """Draws figure 9, rendered: the start and the strike with each grip of a tool, and the nail."""
+    """Draws figure 9: rendered images of the start, the strike and the nail, a row for each grip."""
     held = tool.list_gripped()
     poses, close = [], []
     for grip, blow in blows.items():
@@ -57,7 +63,7 @@ def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> F
 
 
 def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Replay:
-    """Returns the replay of the blow with each grip, in slow motion around the strike."""
+    """Builds the replay of the blows, in slow motion around the strike; one scene for each grip."""
     held = tool.list_gripped()
     scenes = []
     for grip, blow in blows.items():

@@ -29,20 +29,30 @@ from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow
 
 FAILURE = "cannot be carried out"
-# Swings until the speed is that which the effective mass at the strike needs: the posture at the strike hardly
-# depends on it, so that the second is within a hundredth of the speed of the first, and a third within a tenth of
-# that.
+# Iterations between swing and tip speed: the effective mass at the strike sets the required speed, and the speed sets
+# the swing. The posture at the strike hardly depends on the speed, so the second speed is within 1 % of the first,
+# and the third within 0.1 %.
 SWINGS = 3
 
 
 def plan_blows(
     setup: Setup, tools: Sequence[Tool], task: Hammer, file: Path
 ) -> tuple[dict[str, Choice], Mapping[str, Mapping[str, BlowCost]], dict[str, dict[str, Blow]]]:
-    """Plans the blow with each grip as observed and as it is, and simulates it with contact and the true densities.
+    """Plans and simulates the blow with each grip of each tool.
 
-    A nail that cannot be driven with a grip raises a BadValueError, which names the file of the task.
+    Blows are planned for the tools as observed and again for the true tools; they are then simulated with contact and
+    the true densities.
 
-    Returns: Choices by tool, and costs of the true tools and simulated blows by tool and grip.
+    Args:
+        setup: Setup of the experiment.
+        tools: Tools, each with its grips.
+        task: Task of hammering.
+        file: File of the task, which errors name.
+
+    Returns: Choices by tool; costs of the true tools by tool and grip; simulated blows by tool and grip.
+
+    Raises:
+        BadValueError: The nail cannot be driven with one of the grips.
     """
     settings, exact = setup.settings, remove_errors(setup.settings)
     choices = _plan(setup, tools, task, settings, file, "hammer: plans")
@@ -73,7 +83,7 @@ def plan_blows(
 def _plan(
     setup: Setup, tools: Sequence[Tool], task: Hammer, settings: Settings, file: Path, description: str
 ) -> dict[str, Choice]:
-    """Plans the blow with each grip; one that no swing can do raises a BadValueError."""
+    """Plans the blow with each grip; raises a BadValueError if no swing can deliver it with one of them."""
     with blame(file, "blow", FAILURE):
         choices = plan_grips(tools, task, settings, seed=setup.seed, jobs=setup.jobs, description=description)
     for choice in choices.values():
@@ -84,7 +94,7 @@ def _plan(
 
 
 def check_depth(file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]) -> None:
-    """Raises a BadValueError if the nail cannot be driven as deep as demanded with each tool by each grip."""
+    """Raises a BadValueError if a tool, held by one of its grips, cannot drive the nail to the demanded depth."""
     held = {(tool.name, grip): each for tool in tools for grip, each in tool.list_gripped().items()}
     for (name, grip), gripped in held.items():
         if reason := costs[name][grip].explain_infeasibility(gripped.parameters):
@@ -99,7 +109,10 @@ def check_depth(file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[
 
 
 def compute_work(task: Hammer, settings: Settings, costs: Mapping[str, Mapping[str, BlowCost]], held: Tool) -> float:
-    """Plans the demanded blow with a gripped tool, from the one for its name and grip; returns its work, [J]."""
+    """Plans the demanded blow with a gripped tool, and computes its absolute work, [J].
+
+    The search starts from the swing that was planned for the tool of the same name and grip.
+    """
     model = ArmModel(load_arm(settings.arm))
     target = task.find_target(model, held.components)
     planned, pi = costs[held.name][held.grip], held.parameters[None]

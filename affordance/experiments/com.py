@@ -1,8 +1,8 @@
 """Simulation II (paper, IV-B): the centre of mass of objects of equal weight.
 
-Two objects of wood and steel, one the other turned around, are held again and again. What is learned of the materials
-then serves to hold each of them once more, and a decoy that looks like the first and is made like the second.
-Expected: the two stay where they are, and the decoy is lifted (figure 6).
+Two objects of wood and steel are held several times; the second is the first turned around. With the densities
+learned from them, each is held once more, and so is a decoy that looks like the first but is made like the second.
+Expected: the two objects stay in place, and the decoy rises (figure 6).
 """
 
 import itertools
@@ -35,17 +35,17 @@ from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import observe as look_at
 from affordance.vision.systems import predict_object
 
-NEEDS = ("objects",)  # that the arm must be able to do
+NEEDS = ("objects",)  # what the arm must be able to do: take objects into its hand
 OBJECTS = "tools/com.yaml"  # in the folder of models: two objects, and the decoy
-DURATION = 3.0  # of each hold of the test, [s]
-SAME_MASS = 1e-9  # masses that differ by less than this share are equal up to rounding
-APART = 1e-3  # distance from which centres of mass differ, [m]
+DURATION = 3.0  # of each hold in the test pass, [s]
+SAME_MASS = 1e-9  # relative difference up to which masses are equal but for rounding
+APART = 1e-3  # smallest distance at which two centres of mass count as different, [m]
 POINTS = {"height_centre": "geometric centre", "height_grip": "grip", "height_com": "true centre of mass"}
-PREDICTED = 9  # in a seed, for objects that are looked at; the draws of a trial count from 0
+PREDICTED = 9  # last entry of the seed for looking at an object; the draws of a trial count from 0
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; objects that do not make it raise a BadValueError."""
+    """Runs the experiment; raises a BadValueError for objects that do not fit it."""
     tools = read(setup)
     experience = gain_experience(setup, tools[:2])
     data = run_observers("com", setup, observe, tools, experience, follows_from=(tools, gain_experience))
@@ -58,13 +58,13 @@ def run(setup: Setup) -> Results:
         order=2,
         title="Simulation II: the centre of mass",
         summary=(
-            f"{count_observers(setup.observers)} held {first} and {second} in turn, {trials} trials of {DURATION:g}"
-            f" s, then each once more, and the decoy, which looks like {first} and is made like {second}; in this"
-            " last pass nothing is learned."
+            f"{count_observers(setup.observers)} held {first} and {second} in turn, in {trials} trials of"
+            f" {DURATION:g} s. They then held each once more, and a decoy that looks like {first} but is made like"
+            f" {second}; nothing is learned in this last pass."
         ),
         finding=(
-            f"After {trials} trials the mass of an object is predicted from sight with a median error of "
-            f"{numbers['mass_error']:.1%}, its centre of mass with one of {1000.0 * numbers['com_error_m']:.1f} mm."
+            f"After {trials} trials, the mass of an object is predicted from sight with a median error of"
+            f" {numbers['mass_error']:.1%}; that of its centre of mass is {1000.0 * numbers['com_error_m']:.1f} mm."
         ),
         data=add_motion(data, shown, setup.settings),
         numbers=numbers,
@@ -73,7 +73,7 @@ def run(setup: Setup) -> Results:
             "figure5": (
                 (
                     "Figure 5. The objects, seen from the side. The cross is the true centre of mass; the ring is"
-                    " where that of the decoy would be if it were what it looks like."
+                    " where the decoy's centre of mass would be if it were made of what it looks like."
                 ),
                 partial(draw_made_and_seen, tools),
             ),
@@ -95,12 +95,12 @@ def run(setup: Setup) -> Results:
         remarks=[
             (
                 f"The three objects weigh the same ({numbers['mass_true'][0]:.3f} kg) and have different centres of"
-                " mass, as in the paper's figure 5. Both are required of the objects before anything is simulated,"
-                " and so are no claim."
+                " mass, as in the paper's figure 5. Both are checked before anything is simulated, so neither is"
+                " listed as a claim."
             ),
             (
                 "The paper names wood and steel, but neither densities nor sizes; ours are in models/, with sources."
-                " What is compared is which object rises, not by how many centimetres."
+                " We compare which object rises, not by how many centimetres."
             ),
         ],
         lifts=join_lifts(
@@ -127,7 +127,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> Sequence[Tool]:
-    """Reads the two objects and the decoy, and checks that they make the experiment."""
+    """Reads the two objects and the decoy, and checks that they fit the experiment."""
     file = setup.models / OBJECTS
     tools = read_tools(setup.models, OBJECTS)
     if len(tools) != 3:
@@ -136,7 +136,7 @@ def read(setup: Setup) -> Sequence[Tool]:
     for one, other in itertools.combinations({each.name: each for each in list_looks(tools)}.values(), 2):
         if is_same_colour(one.colour, other.colour):
             problem = f"show {one.name} and {other.name}, whose colours must differ by more than"
-            raise BadValueError(file, "tools", f"{problem} {SAME_COLOUR:.2g} of full in some channel")
+            raise BadValueError(file, "tools", f"{problem} {SAME_COLOUR:.2g} of full scale in some channel")
     first, second, decoy = tools
     check_honest(file, tools[:2])
     for tool in (second, decoy):
@@ -158,7 +158,7 @@ def read(setup: Setup) -> Sequence[Tool]:
 def hold(
     setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int
 ) -> tuple[MaterialMemory, list[TrialRecord]]:
-    """Lets an observer who has learned from the first two objects hold all three; nothing more is learned.
+    """Lets an observer who learned from the first two objects hold all three, without learning more.
 
     Returns: Memory after the experience, and the record of each trial.
     """
@@ -175,7 +175,7 @@ def hold(
 
 
 def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int) -> xr.Dataset:
-    """Runs one observer: heights of three points over time, and the inertial parameters predicted from sight."""
+    """Runs one observer; returns heights of three points over time, and the parameters predicted from sight."""
     settings = setup.settings
     memory, records = hold(setup, tools, experience, observer)
     predicted = []
@@ -214,7 +214,7 @@ def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observe
 
 
 def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, xr.DataArray]:
-    """Computes the numbers of each observer; errors are of the first two objects, as the decoy is to be misjudged."""
+    """Computes the numbers of each observer; errors leave out the decoy, which is meant to be misjudged."""
     far = find_excursion(data.height_centre)
     predicted = data.predicted.isel(trial=slice(2))
     true = xr.DataArray(np.array([tool.parameters for tool in tools[:2]]), dims=("trial", "parameter"))
@@ -268,7 +268,7 @@ def summarise(each: Mapping[str, xr.DataArray], tools: Sequence[Tool]) -> dict[s
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges what the paper says of figure 6."""
+    """Judges the paper's claims about figure 6."""
     deviation, far = n["deviation_m"], n["height_extreme_m"]
     return [
         claim("mass_and_com", "paper IV-B; bounds are ours",
@@ -281,7 +281,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
                     n["inertia_error"], PERCENT, at_most=0.1)),
         claim("accurate_stay", "paper, figure 6",
               "The objects whose affordances are accurate stay near the height to hold.",
-              check("mean deviation of the two, below half of the decoy's excursion",
+              check("mean deviation of the two objects, below half of the decoy's excursion",
                     deviation[:2], CM, below=0.5 * abs(far[2]))),
         claim("decoy_lifted", "paper IV-B, figure 6", "An exaggerated lift of the decoy object is observed.",
               check("mean excursion of the decoy, at least twice the deviation of the other two",
@@ -291,7 +291,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
-    """Tabulates mass, centre of mass, excursion and deviation of each object."""
+    """Tabulates each object's mass, centre of mass, excursion and deviation."""
     ends = [f"{100.0 * low:.2f} to {100.0 * high:.2f}" for low, high in n["height_extreme_m_ci95"]]
     columns = {
         "mass (kg)": [f"{mass:.3f}" for mass in n["mass_true"]],
@@ -304,7 +304,7 @@ def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
 
 
 def tabulate_densities(n: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates the density of each material, as believed and true."""
+    """Tabulates the believed and the true density of each material."""
     columns = {
         "median of the belief (kg/m³)": {name: f"{value:.0f}" for name, value in n["density_median"].items()},
         "true (kg/m³)": {name: f"{value:.0f}" for name, value in n["density_true"].items()},

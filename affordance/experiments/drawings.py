@@ -1,4 +1,4 @@
-"""Figures of labelled datasets of observers, and their motions, Diagram and replay."""
+"""Figures, motions and replays of the observers of an experiment."""
 
 import itertools
 from collections.abc import Mapping, Sequence
@@ -33,7 +33,7 @@ class Simulated(Protocol):
 
 
 def draw_density_and_drop(data: xr.Dataset, tools: Sequence[Tool]) -> Figure:
-    """Draws figure 3: the ``density`` believed at each moment, and the drop of ``height`` in each trial."""
+    """Draws figure 3: the believed ``density`` before and after each trial, and the drop in ``height``."""
     return figures.draw_density_and_drop(
         quartiles=data.density.median("observer").values,
         mode=data.density_mode.median("observer").values,
@@ -57,7 +57,13 @@ def draw_heights(data: xr.Dataset, seed: int) -> Figure:
 
 
 def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: int) -> Figure:
-    """Draws figure 6: the height of each object's centre over time, and of several points of the last, the decoy."""
+    """Draws figure 6: the height of each object's centre over time, and of several points of the decoy.
+
+    Args:
+        data: Heights of all observers, [m]; the last trial is the decoy's.
+        points: Titles of the points by the names of their variables; the first is the centre.
+        seed: Root of the random draws, for the label.
+    """
     centre, *_ = points
     return figures.draw_heights_of_points(
         times=data.time.values,
@@ -71,7 +77,7 @@ def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: in
 
 
 def draw_made_and_seen(tools: Sequence[Tool]) -> Figure:
-    """Draws figure 5: the objects, the last of which, the decoy, as it looks and as it is made."""
+    """Draws figure 5: the objects; the last one, the decoy, is drawn as it looks and as it is made."""
     *honest, decoy = tools
     drawings = [Drawing(tool, f"{number}: {label(tool.name)}") for number, tool in enumerate(honest, start=1)]
     name = f"{len(tools)}: {label(decoy.name)}"
@@ -80,7 +86,7 @@ def draw_made_and_seen(tools: Sequence[Tool]) -> Figure:
 
 
 def add_motion(data: xr.Dataset, records: Sequence[TrialRecord], settings: Settings) -> xr.Dataset:
-    """Adds the motion of the observer that is shown to the data of all observers."""
+    """Adds the motion of the shown observer to the dataset of all observers."""
     whose = f"of observer {OBSERVER_SHOWN}"
     axes = ("trial", "time", "joint")
     return data.assign_coords(joint=load_arm(settings.arm).joint_names).assign(
@@ -95,7 +101,7 @@ def add_motion(data: xr.Dataset, records: Sequence[TrialRecord], settings: Setti
 
 
 def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Dataset:
-    """Labels the motions of a task that was simulated with each grip, one row for each control period."""
+    """Returns the motions simulated with each grip as a labelled dataset over grip, time and joint."""
     records = [each.record for each in done.values()]
     axes = ("grip", "time", "joint")
     return xr.Dataset(
@@ -109,7 +115,7 @@ def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Datas
             "tau": (
                 axes,
                 [each.tau for each in records],
-                about("N m", "joint torques over the control period before"),
+                about("N m", "joint torques over the control period that ends at each time"),
             ),
         },
         {
@@ -121,14 +127,14 @@ def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Datas
 
 
 def replay_holds(tools: Sequence[Tool], records: Sequence[TrialRecord], settings: Settings, title: str) -> Replay:
-    """Returns the replay of the holds of one observer, one scene per object."""
+    """Builds the replay of one observer's holds, one scene per object."""
     pairs = zip(tools, records, strict=True)
     scenes = [Scene(tool, record.times, record.q, _describe(tool)) for tool, record in pairs]
     return Replay(settings.arm, title, scenes)
 
 
 def _describe(tool: Tool) -> str:
-    """Describes an object by name and mass, and a decoy by what it looks like too."""
+    """Describes an object by name and mass; a decoy also by its look and its material."""
     made, looks = (
         " and ".join(dict.fromkeys(getattr(part, name).name for part in tool.components))
         for name in ("material", "looks_like")
@@ -147,10 +153,17 @@ def draw_forces(
     predicted_by: Sequence[str] = (),
     people: Sequence[PeopleMark] = (),
 ) -> Figure:
-    """Draws the forces of the lifts of some objects, one panel per learner; over the weights, where these differ.
+    """Draws the lift forces for some objects, one panel per learner.
 
-    Dashed is what other objects predict: a line through force and size over their lifts between one of the drawn
-    objects and the next.
+    Where the objects' weights differ, forces are divided by the weight. The dashed curve shows what other objects
+    predict: a line through force and size, fitted to their lifts between this lift and the next one that is drawn.
+
+    Args:
+        lifts: Table of lifts of all observers, with forces and weights, [N], and sizes, [m^3].
+        objects: Names of the objects whose lifts are drawn.
+        title: Title of the figure.
+        predicted_by: Names of the objects that predict the force; nothing is predicted if empty.
+        people: Published results of people to mark.
     """
     chosen = lifts[lifts["object"].isin(objects)]
     observers = lifts["observer"].nunique()
@@ -169,7 +182,7 @@ def draw_forces(
 
 
 def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str]) -> list[float]:
-    """Predicts the force with each of some objects from the lifts of others until the next of them."""
+    """Predicts the force in each lift of ``objects`` from the lifts of ``others`` that follow it."""
     places = [*np.flatnonzero(lifts["object"].isin(objects)), len(lifts)]
     predicted = []
     for start, end in itertools.pairwise(places):
@@ -180,6 +193,6 @@ def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str])
 
 
 def predict_by_size(lifts: pd.DataFrame, size: float) -> float:
-    """Predicts the force with an object of a size, [m^3], by a line through force and size of other lifts, [N]."""
+    """Predicts the force for an object of a given size, [m^3], with a line fitted to other lifts, [N]."""
     slope, intercept = np.polyfit(lifts["size"].to_numpy(), lifts["force"].to_numpy(), 1)
     return float(intercept + slope * size)

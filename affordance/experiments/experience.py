@@ -1,7 +1,7 @@
 """Experience with the objects of Simulation II, which Simulations II to IV share.
 
-Observer r of a seed holds the same objects in the same order with the same errors of measurement, so that its
-memories serve all three. They are kept in a folder of their own, and made once.
+In all three, observer r of a seed holds the same objects in the same order with the same measurement errors. Its
+memories are therefore computed once, and kept in a folder of their own.
 """
 
 import logging
@@ -24,14 +24,14 @@ from affordance.simulation.trial_record import TrialRecord
 _LOG = logging.getLogger(__name__)
 
 DURATION = 3.0  # of each hold, [s]
-REPETITIONS = 3  # of holding each object once, in random order
+REPETITIONS = 3  # number of times that each object is held
 
 
 def gain_experience(setup: Setup, tools: Sequence[Tool]) -> xr.Dataset:
-    """Lets observers hold each object several times; returns their memories, and what is measured in each trial.
+    """Lets observers hold each object several times, in random order.
 
-    Returns: ``memories`` (observer, moment), before the first and after each trial, as JSON text; ``object``, the
-        index of the object that was held, and the variables of ``describe_holds``, (observer, trial).
+    Returns: ``memories`` (observer, moment), JSON texts before the first trial and after each; ``object`` (observer,
+        trial), the index of the held object; and the variables of ``describe_holds`` (observer, trial).
     """
     data = run_observers("experience", setup, observe, tuple(tools))
     outliers = int(data.outlier.sum())
@@ -47,7 +47,7 @@ def gain_experience(setup: Setup, tools: Sequence[Tool]) -> xr.Dataset:
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer."""
+    """Runs one observer; returns its part of the dataset of ``gain_experience``."""
     order, memories, records = hold(setup, tools, observer)
     return xr.Dataset(
         {
@@ -60,7 +60,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
             "outlier": (
                 "trial",
                 [each.is_outlier for each in records],
-                about("1", "whether it is a 5-sigma outlier"),
+                about("1", "whether the trial is a 5-sigma outlier"),
             ),
             **describe_holds([tools[index] for index in order], memories, records, setup.settings),
         }
@@ -70,9 +70,12 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 def hold(
     setup: Setup, tools: Sequence[Tool], observer: int
 ) -> tuple[list[int], list[MaterialMemory], list[TrialRecord]]:
-    """Lets an observer hold the objects; a colour that is not recognised with certainty is forgotten after its trial.
+    """Lets an observer hold the objects in random order.
 
-    Returns: Index of the object in each trial, memories before the first and after each, and records.
+    A colour that is not recognised with certainty is forgotten after its trial.
+
+    Returns: Index of the held object in each trial; memories before the first trial and after each; record of each
+        trial.
     """
     settings, colours = setup.settings, list_colours(tools)
     memory = setup.start_memory(observer).add_colours(colours, settings.prior).restrict_to(colours)
@@ -87,19 +90,19 @@ def hold(
 
 
 def draw_order(setup: Setup, count: int, observer: int) -> list[int]:
-    """Draws the order in which an observer holds objects, repetition by repetition."""
+    """Draws the order in which an observer holds the objects: a permutation for each repetition."""
     rng = np.random.default_rng([setup.seed, observer, Stream.ORDER])
     return [int(index) for _ in range(REPETITIONS) for index in rng.permutation(count)]
 
 
 def recall(setup: Setup, experience: xr.Dataset, observer: int, trial: int) -> MaterialMemory:
-    """Returns the memory of an observer after a number of trials."""
+    """Returns an observer's memory after a number of trials."""
     learner = setup.settings.learner.of_observers([observer])
     return parse_memory(experience.memories.values[observer, trial].item(), learner)
 
 
 def count_events(experience: xr.Dataset) -> dict[str, int]:
-    """Counts rejected samples and outliers over all trials, as in metrics.json."""
+    """Counts rejected samples and outlier trials, under their names in metrics.json."""
     return {
         "samples_rejected": int(experience.samples_rejected.sum()),
         "trials_outlier": int(experience.outlier.sum()),

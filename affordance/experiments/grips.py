@@ -1,7 +1,7 @@
-"""Choices of a grip of a tool that is never held: plans, both rules of choice, and the share of correct choices.
+"""Choosing a grip of a tool that was never held: plans, two rules of choice, and shares of correct choices.
 
-The correct grip is that of least absolute work in simulations of the real tool without errors of vision, arm or
-sensors, however features are observed and whatever faults are active while observers learn.
+The correct grip is the one with the least absolute work when the real tool is simulated without errors of vision, arm
+or sensors. Such errors affect what observers see and learn, but never which grip is correct.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -37,9 +37,9 @@ from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.vision.features import FeatureSource, VisionError
 
-# Number of choices before any experience, all drawn from the one prior.
+# Number of simulated choices before any experience; their densities are drawn from the prior.
 NUM_PRIOR_CHOICES = 10_000
-# Number of densities over which the work of each option is averaged.
+# Number of density samples over which the work of each option is averaged.
 NUM_BAYES_SAMPLES = 2_000
 
 
@@ -56,13 +56,13 @@ class SimulatedTask(Protocol):
 
 
 def remove_errors(settings: Settings) -> Settings:
-    """Returns settings without errors: true features, arm and sensors without a fault."""
+    """Returns settings without errors of vision and without faults of arm or sensors."""
     return replace(settings, feature_source=FeatureSource.FEATURES, vision_error=VisionError(), faults=NO_FAULTS)
 
 
 @contextmanager
 def blame(file: Path, key: str, failure: str) -> Iterator[None]:
-    """Blames a task's file for errors other than those of seeing or of the machine, as a BadValueError."""
+    """Turns errors of the block into a BadValueError about a file, except SeeingError and UnavailableError."""
     try:
         yield
     except (SeeingError, UnavailableError):
@@ -74,10 +74,10 @@ def blame(file: Path, key: str, failure: str) -> Iterator[None]:
 def plan_grips(
     tools: Sequence[Tool], task: TaskCostModel, settings: Settings, *, seed: int, jobs: int, description: str
 ) -> dict[str, Choice]:
-    """Plans a task with each grip of each tool, which is observed once; returns the choice of a grip, by tool.
+    """Plans a task with each grip of each tool; returns the choice of a grip, by tool.
 
-    The inner simulation assumes no faults. An AffordanceError is raised if no motion can be planned with a grip, and
-    a SeeingError if a tool is not detected in a picture; a plan that is infeasible has a reason.
+    Each tool is observed once. The plans assume no faults; an infeasible plan has a reason. Raises an AffordanceError
+    if no motion can be planned with a grip, and a SeeingError if a tool is not detected in a picture.
     """
     settings = replace(settings, faults=NO_FAULTS)
     options = {tool.name: list_options(tool, seed=seed, feature_source=settings.feature_source) for tool in tools}
@@ -91,7 +91,7 @@ def _build_cost(task: TaskCostModel, option: Option, settings: Settings) -> Opti
 
 
 def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]) -> Chosen:
-    """Chooses by the paper's rule: the cheapest grip at one density of each material, drawn from each belief."""
+    """Chooses by the paper's rule: draws one density per material from each belief, takes the cheapest grip."""
     parameters = []
     for trial, memory in enumerate(memories):
         rng = np.random.default_rng([*seed, trial, Stream.PAPER])
@@ -105,7 +105,8 @@ def choose_by_expectation(
 ) -> tuple[Chosen, NDArray[np.bool_]]:
     """Chooses the grip of least expected absolute work under each belief.
 
-    Returns: Indices of the grips, and where the least expected integral of |tau|^2 would choose otherwise.
+    Returns: Index of the chosen grip under each belief, and whether the least expected integral of |tau|^2 would
+        choose another grip.
     """
     chosen, flips = [], []
     for trial, memory in enumerate(memories):
@@ -130,7 +131,7 @@ def find_cheaper_grip(simulated: Mapping[str, SimulatedTask]) -> str:
 
 
 def check_one_grip_is_cheaper(file: Path, tool: Tool, works: Sequence[float]) -> None:
-    """Raises a BadValueError if the two cheapest grips of a tool cost the same, as neither would be correct."""
+    """Raises a BadValueError if the two cheapest grips of a tool cost the same: neither would be correct."""
     cheapest, second, *others = sorted(works)
     if second <= cheapest * (1.0 + TIE):
         grips = "both grips" if not others else f"two of its {len(works)} grips"
@@ -138,14 +139,14 @@ def check_one_grip_is_cheaper(file: Path, tool: Tool, works: Sequence[float]) ->
 
 
 def check_several_grips(file: Path, tools: Sequence[Tool]) -> None:
-    """Raises a BadValueError for a tool without exactly two grips, of which one is chosen."""
+    """Raises a BadValueError for a tool that does not have exactly two grips."""
     for tool in tools:
         if len(tool.grips) != 2:
             raise BadValueError(file, f"tools: {tool.name}.grips", f"has {len(tool.grips)} entries, must have 2")
 
 
 def check_colours_known(file: Path, tools: Sequence[Tool], held: Sequence[Tool], held_file: Path) -> None:
-    """Raises a BadValueError for a tool that looks like a material that no object that is held looks like."""
+    """Raises a BadValueError for a tool with a look that none of the held objects has."""
     known = {part.looks_like.colour for tool in held for part in tool.components}
     for tool in tools:
         unknown = {part.looks_like.name for part in tool.components if part.looks_like.colour not in known}
@@ -155,7 +156,7 @@ def check_colours_known(file: Path, tools: Sequence[Tool], held: Sequence[Tool],
 
 
 def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
-    """Finds the grip with the densest material nearest to the hand, or farthest from it."""
+    """Finds the grip that puts the densest material nearest to the hand, or farthest from it."""
 
     def measure(held: Tool) -> float:
         densest = max(held.components, key=lambda part: part.material.density)
@@ -168,8 +169,8 @@ def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
 def estimate_correct(chosen: Chosen, before: Chosen | None, correct: int) -> Estimate:
     """Estimates the share of correct choices, with Wilson's intervals, each (K + 1,).
 
-    Choices of all observers, (observers, K + 1), are compared with the index of the correct grip; one without a
-    usable option counts a half, as a guess. Choices drawn from the prior, (N,), replace those before the first trial.
+    ``chosen``, (observers, K + 1), is compared with the index of the correct grip; if no option is usable, it counts
+    as half correct, like a guess. ``before``, (N,), are choices under the prior; they replace those of moment 0.
     """
 
     def estimate(choices: Chosen) -> Estimate:
@@ -191,16 +192,16 @@ def measure_choices(
     colours: tuple[Colour, ...],
     seed: int,
 ) -> dict[str, Any]:
-    """Computes the shares of correct choices by tool, and those of the first tool by both rules, as in metrics.json.
+    """Computes shares of correct choices for each tool, and by both rules for the first, as in metrics.json.
 
     Args:
         data: Indices of the chosen grips, ``paper`` (observer, tool, moment) and ``bayes`` (observer, moment), and
             ``flips`` (observer, moment).
-        tools: Tools of which a grip is chosen, the first of which is the paper's.
+        tools: Tools to choose a grip for; the first is the paper's.
         choices: Choices by tool.
         simulated: Simulations of the task with the true densities, by tool and grip.
-        off_axis: Largest relative change of the work if a part sits 2 mm elsewhere, by tool.
-        colours: Colours of the objects that were held.
+        off_axis: Largest relative change of the work if a part is displaced by 2 mm, by tool.
+        colours: Colours of the held objects.
         seed: Root of every random draw.
     """
     found: dict[str, dict[str, Any]] = {}
@@ -264,19 +265,19 @@ def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: s
 def caption_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> str:
     """Returns the caption of figures 8 and 10, without the number of the figure."""
     first, *others = (tool.name.replace("_", " ") for tool in tools)
-    chance = "Chance is what the shapes say."
+    chance = "Chance depends on the shapes."
     if numbers["tools"][tools[0].name]["chance_by_symmetry"]:
-        chance = f"Of the {first} both ends look alike, so that chance is a half by symmetry"
-        chance += "; of the others it is what their shapes say." if others else "."
+        chance = f"Both ends of the {first} look alike, so chance is one half by symmetry"
+        chance += "; for the others it depends on their shapes." if others else "."
     return (
-        f"Correct choices after trials with the objects of Simulation II. {chance} With the {first} two rules are"
-        " shown: works are compared at one density of each material, drawn from the belief, as in the paper, or as"
-        " expected over the whole belief."
+        f"Correct choices after trials with the objects of Simulation II. {chance} For the {first}, two rules are"
+        " shown. The paper's rule compares the work at one density of each material, drawn from the belief; the other"
+        " compares the work expected over the whole belief."
     )
 
 
 def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates each tool: the work with each grip, the correct grip, and the shares of correct choices."""
+    """Tabulates for each tool the work with each grip, the correct grip, and shares of correct choices."""
     rows = {}
     for name, each in numbers["tools"].items():
         p = each["p_correct"]
@@ -285,7 +286,7 @@ def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
                 f"{work:.2f} J ({grip})" for grip, work in each["energy_true"].items()
             ),
             "correct grip": each["correct_grip"],
-            "absolute work moves by, if a part sits 2 mm elsewhere": f"{each['off_axis_2mm_change']:.1%}",
+            "change of absolute work if a part is displaced by 2 mm": f"{each['off_axis_2mm_change']:.1%}",
             "correct before": f"{p[0]:.0%}{' (by symmetry)' if each['chance_by_symmetry'] else ''}",
             "after one trial": f"{p[1]:.1%}",
             "after two": f"{p[2]:.1%}",
@@ -295,7 +296,7 @@ def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates the shares of correct choices of the first tool by two rules, and how often two measures disagree."""
+    """Tabulates shares of correct choices by two rules for the first tool, and how often two costs disagree."""
     rows = {
         "one density drawn from the belief (the paper's)": numbers["p_correct"],
         "least absolute work expected over the whole belief": numbers["p_correct_bayes"],
@@ -308,7 +309,7 @@ def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def compare_measures(numbers: Mapping[str, Any], tool: Tool) -> str:
-    """Says whether the integral of torque squared agrees with the absolute work on the correct grip of a tool."""
+    """Says whether the integral of torque squared and the absolute work agree on the correct grip of a tool."""
     efforts = numbers["effort_true"]
     agrees = "agrees" if min(efforts, key=efforts.__getitem__) == numbers["correct_grip"] else "does not agree"
     shown = " and ".join(f"{effort:.0f} N²m²s ({grip})" for grip, effort in efforts.items())

@@ -1,9 +1,9 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering with a tool that was never held.
 
-Observers hold the first two objects of Simulation II, and after each trial choose by which end to hold a novel tool
+Observers hold the first two objects of Simulation II. After each trial they choose by which end to hold a novel tool
 so that driving a nail with a demanded peak force takes the least absolute work of the joints. They never hold it.
-Which grip is truly cheaper is found by simulating the blows, contact included. Expected: the share of correct choices
-grows from chance to 65 % after one trial and to 100 % after two (figure 10).
+Simulated blows, with contact, show which grip is truly cheaper. Expected: the share of correct choices grows from
+chance to 65 % after one trial and to 100 % after two (figure 10).
 """
 
 from collections.abc import Mapping, Sequence
@@ -58,25 +58,23 @@ from affordance.simulation.blow import Blow
 from affordance.simulation.trial import get_runner
 
 NEEDS = ("objects", "blow")  # what the arm must be able to do: take objects into its hand, and strike
-TOOLS, NAIL = (
-    "tools/novel.yaml",
-    "nail.yaml",
-)  # in the folder of models; the first tool is the paper's, the second has a head
+# Files in the folder of models; the first tool is the paper's, the second has a head.
+TOOLS, NAIL = "tools/novel.yaml", "nail.yaml"
 RATIO, SHARE = Unit(digits=3), Unit("%", scale=100.0, digits=1)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; objects or a nail that do not make it raise a BadValueError."""
+    """Runs the experiment; raises a BadValueError for objects or a nail that do not fit it."""
     held, tools, task = read(setup)
     choices, costs, blows = plan_blows(setup, tools, task, setup.models / NAIL)
     for tool in tools:
         check_one_grip_is_cheaper(setup.models / TOOLS, tool, [blow.work for blow in blows[tool.name].values()])
-    exact = remove_errors(setup.settings)  # of seeing features
+    exact = remove_errors(setup.settings)  # without errors of vision or faults
     compute = partial(compute_work, task, exact, costs)
-    # How much the works of the grips change if parts sit off the tool's axis.
+    # How much the work with each grip changes if parts are displaced from the tool's axis.
     off_axis = measure_changes(compute, tools, jobs=setup.jobs, description="hammer: parts moved")
     experience = gain_experience(setup, held)
-    # What observers that are kept from an earlier run must agree in, code included.
+    # Observers kept from an earlier run are used again only if all of this, code included, is unchanged.
     follows_from = (held, tools, task, plan_blows, gain_experience)
     data = run_observers("hammer", setup, observe, list(choices.values()), experience, follows_from=follows_from)
 
@@ -107,16 +105,16 @@ def run(setup: Setup) -> Results:
         order=4,
         title="Simulation IV: choosing a grip for hammering",
         summary=(
-            f"{count_observers(setup.observers)} held the objects of Simulation II, and after every trial chose which"
-            f" end of the {name} to hold, to drive a nail with the least absolute work of the joints (braking counts"
-            f" as driving does) up to a resistance of {task.force:.0f} N. They never hold the {name}."
+            f"{count_observers(setup.observers)} held the objects of Simulation II. After every trial they chose the"
+            f" end of the {name} by which to drive a nail up to a resistance of {task.force:.0f} N with the least"
+            f" absolute work of the joints, which counts braking like driving. They never held the {name}."
         )
-        + (f" They also choose about {others}." if others else "")
+        + (f" They also chose a grip for: {others}." if others else "")
         + " The blows of figure 9 are simulated with contact between tool and nail.",
         finding=(
             f"The end that drives the nail with less work is chosen in {p_correct[0]:.0%} of cases before"
             f" anything was held, in {p_correct[1]:.0%} after one trial with other objects, and in"
-            f" {p_correct[-1]:.0%} after {len(p_correct) - 1}."
+            f" {p_correct[-1]:.0%} after {len(p_correct) - 1} trials."
         ),
         data=data.merge(label_motions(blows_first, setup.settings)).merge(label_nails(list(blows_first.values()))),
         numbers=numbers,
@@ -127,11 +125,11 @@ def run(setup: Setup) -> Results:
                 partial(draw_proportions, tools, numbers, "Choosing a grip for hammering", setup.observers),
             ),
             "figure9": (
-                f"Figure 9. The start and the strike, rendered, with each grip of the {name}.",
+                f"Figure 9. Rendered images of the start and the strike, with each grip of the {name}.",
                 partial(draw_start_and_strike, setup.settings.arm, first, blows_first),
             ),
             "blow": (
-                f"Force on the nail during the blow, with each grip of the {name}, and how far the nail goes in.",
+                f"Force on the nail during the blow, and travel of the nail, with each grip of the {name}.",
                 partial(
                     draw_blow,
                     {f"held by {grip}": blow.nail for grip, blow in blows_first.items()},
@@ -140,26 +138,28 @@ def run(setup: Setup) -> Results:
             ),
         },
         tables={
-            "Each tool, simulated under its true densities with contact, and choices by the paper's rule.": (
+            "Each tool, simulated with its true densities and contact, and choices by the paper's rule.": (
                 tabulate_tools(numbers)
             ),
             f"The demanded blow with each grip of the {name}, from rest to the strike.": tabulate(numbers),
-            f"The {name} by two rules and two measures, after 0, 1, 2, ... trials.": tabulate_rules(numbers),
+            f"The {name}: two rules of choice and two measures of cost, after 0, 1, 2, ... trials.": tabulate_rules(
+                numbers
+            ),
         },
         remarks=[
             (
-                "The paper gives neither nail nor force; those of models/nail.yaml have their sources in"
+                "The paper specifies neither nail nor force; the sources of those in models/nail.yaml are in"
                 f" docs/decisions/0013-nail.md. Driving the nail takes {numbers['tip_energy']:.2f} J of kinetic"
                 f" energy (F²/2k from the surface of the wood is {numbers['tip_energy_from_surface']:.2f} J)."
             ),
             (
-                "If the peak of the contact force were demanded instead, both grips would need the same tip speed; at"
-                f" the slower one of the two they take {at_equal}."
+                "If a peak contact force were demanded instead, both grips would need the same tip speed. At the"
+                f" slower of the two speeds, their absolute work is {at_equal}."
             ),
             (
-                "No density drawn from the prior makes the blow feasible with any grip."
+                "The blow is infeasible with every grip at all densities drawn from the prior."
                 if light is None
-                else f"Of 100 choices by densities from the prior {100.0 * light:.1f} grip the less dense end."
+                else f"At densities drawn from the prior, {100.0 * light:.1f} % of choices grip the less dense end."
             ),
             compare_measures(numbers, first),
         ],
@@ -173,8 +173,8 @@ def run(setup: Setup) -> Results:
 
 
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
-    """Reads the objects that are held, the novel tools and the nail, and checks that they make the experiment."""
-    held = com.read(setup)[:2]  # of Simulation II: centre of mass
+    """Reads the held objects, the novel tools and the nail, and checks that they fit the experiment."""
+    held = com.read(setup)[:2]  # the objects of Simulation II, without its decoy
     nail, file = setup.models / NAIL, setup.models / TOOLS
     task, tools = load_hammer(nail), read_tools(setup.models, TOOLS)
     check_start(nail, "blow.start", task.start, load_arm(setup.settings.arm))
@@ -189,17 +189,17 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
 def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, observer: int) -> xr.Dataset:
     """Lets one observer choose a grip of each tool, before the first hold of other objects and after each.
 
-    By the paper's rule works are compared at one density of each material, drawn from the belief; by Bayes' rule, as
-    they are expected over the whole belief (for the first tool).
+    The paper's rule compares the work at one density of each material, drawn from the belief. Bayes' rule compares
+    the work expected over the whole belief; it is applied to the first tool only.
     """
     memories = [recall(setup, experience, observer, held) for held in range(experience.sizes["trial"] + 1)]
-    seed = (setup.seed, observer)  # the same densities are drawn for every tool and rule, so that only these differ
+    seed = (setup.seed, observer)  # the same draws for every tool and rule, so that nothing else differs
     paper = [choose_by_sample(choice, memories, seed) for choice in choices]
     bayes, flips = choose_by_expectation(choices[0], memories, seed)
     meaning = "index of the grip chosen, -1 if none can be used"
     return xr.Dataset(
         {
-            "paper": (("tool", "moment"), paper, about("1", f"{meaning}; at one density drawn for each choice")),
+            "paper": (("tool", "moment"), paper, about("1", f"{meaning}; by the paper's rule, one drawn density")),
             "bayes": ("moment", bayes, about("1", f"{meaning}; by the least expected absolute work, first tool")),
             "flips": (
                 "moment",
@@ -214,8 +214,8 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
 def measure(blows: Mapping[str, Blow]) -> dict[str, Any]:
     """Computes the cost and the outcome of the simulated blows with a tool of known densities, by grip.
 
-    Energies are absolute work of the joints, [J]; the effort is the integral of torque squared. The force is what the
-    nail resists with, the peak of contact what the tool feels.
+    Energies are absolute work of the joints, [J]; effort is the integral of torque squared, [N^2 m^2 s]. The measured
+    force is the peak resistance of the nail; the contact peak is the force between tool and nail.
     """
     return {
         "energy_true": {grip: blow.work for grip, blow in blows.items()},
@@ -231,7 +231,7 @@ def measure(blows: Mapping[str, Blow]) -> dict[str, Any]:
 
 
 def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> dict[str, Any]:
-    """Computes what the demanded force takes: speed of the tool's tip, planned work, and energy of the tip."""
+    """Computes what the demanded force requires: tip speed, planned work, and energy of the tip, [m/s, J]."""
     nail = task.nail
     pi = {grip: gripped.parameters[None] for grip, gripped in tool.list_gripped().items()}
     speeds = {grip: costs[grip].compute_speed(pi[grip]) for grip in pi}
@@ -252,18 +252,18 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
 def find_share_of_light_ends(
     tool: Tool, costs: Mapping[str, BlowCost], held: Sequence[Tool], seed: int, exact: Settings
 ) -> float | None:
-    """Finds the share of choices at densities from the prior that grip the less dense end; None if none is made.
+    """Computes how often choices at densities from the prior grip the less dense end; None if no choice is possible.
 
-    It says how far chance is from one half. The settings are exact: the tool's form is seen without error, as the
-    number is of the task and not of an observer.
+    The result shows how far chance is from one half. The settings have no errors, because the number describes the
+    task and not an observer.
     """
     choice = Choice(list_options(tool, seed=seed), list(costs.values()), exact)
     memory = MaterialMemory().add_colours(list_colours(held), exact.prior)
     rng = np.random.default_rng([seed, Stream.LIGHT_ENDS])
-    # Densities of an object, which deviates from its materials' means: (choices, colours).
+    # Densities of one object, which deviate from the means of its materials: (choices, colours).
     densities = memory.belief.add_object_variation(exact.prior.deviation).draw_samples(rng, NUM_PRIOR_CHOICES)
     chosen = pick_cheapest(choice.compute_costs(choice.compute_parameters(memory, densities)), rng)
-    near, far = [], []  # index of the density nearest to the hand and farthest from it, by grip
+    near, far = [], []  # index of the colour nearest to the hand and farthest from it, by grip
     for option in choice.options:
         ordered = sorted(option.gripped, key=lambda part: float(np.linalg.norm(part.X_TE[:3, 3])))  # from the hand
         near.append(memory.colours.index(ordered[0].colour))
@@ -278,18 +278,21 @@ def find_share_of_light_ends(
 
 
 def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
-    """Judges what the paper says of figure 10."""
+    """Judges the paper's claims about figure 10."""
     p, ci95 = n["p_correct"], n["p_correct_ci95"]
-    # The claim is about this grip; the ratio is of the other grip to the cheaper one.
+    # The claim is about this grip; the stored ratio is the other grip's work over the cheaper grip's.
     ratio = n["energy_ratio_true"] if n["correct_grip"] == grip_densest_far else 1.0 / n["energy_ratio_true"]
-    below, above = p[1] - ci95[1][0], ci95[1][1] - p[1]  # reach of the interval: 65 % must lie in it
+    below, above = (
+        p[1] - ci95[1][0],
+        ci95[1][1] - p[1],
+    )  # distances to the ends of the interval, which must contain 65 %
     return [
         claim("correct_grip", "paper IV-D",
               "For this task the optimal choice is to grasp the wooden side of the object.",
               check("absolute work of the other grip over that of this one, simulated with contact",
                     ratio, RATIO, above=1)),
         claim("sufficient_force", "paper IV-D", "Efficiently hit a nail with sufficient force.",
-              check("peak force over the demanded one, each tool by each grip, contact simulated",
+              check("peak force over the demanded one, each tool held by each grip, contact simulated",
                     n["force_ratios"], RATIO, at_least=1, at_most=1.1)),
         claim("chance", "paper IV-D", "At the start of the experiment the robot is at chance.",
               check("correct before any experience", p[0], SHARE, at_least=0.48, at_most=0.52)),
@@ -304,7 +307,7 @@ def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
 
 
 def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates the demanded blow with each grip."""
+    """Tabulates cost and outcome of the demanded blow with each grip."""
     columns = {
         "absolute work (J)": {grip: f"{work:.2f}" for grip, work in n["energy_true"].items()},
         "for raising (J)": {grip: f"{work:.2f}" for grip, work in n["energy_raising_true"].items()},

@@ -1,4 +1,4 @@
-"""Measurements in trials in which an observer holds objects, and the columns of lifts.csv."""
+"""Measurements of trials in which observers hold objects, and the columns of lifts.csv."""
 
 import math
 from collections.abc import Sequence
@@ -29,12 +29,18 @@ COLUMNS = (
 
 
 def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: Settings) -> dict[str, float]:
-    """Returns what an observer expects of an object by its look, before it is held, and of which kind it is after.
+    """Computes what an observer expects of an object from its look, and which kind the object then belongs to.
 
-    Returns: ``expected``, the mass at the most probable densities, [kg], NaN where features are observed with errors;
-        ``believed_density``, the most probable density of the colour of its first part, [kg/m^3]; and ``kind``, the
-        number of the kind of that colour to which it is assigned, from 1, the oldest, or 0 for learners without
-        kinds.
+    Args:
+        tool: Object.
+        before: Memory before the object is held.
+        after: Memory after the object was held.
+        settings: Settings of the simulation.
+
+    Returns: ``expected``, the mass at the most probable densities before the hold, [kg], NaN if features are observed
+        with errors; ``believed_density``, the most probable density of the first part's colour before the hold,
+        [kg/m^3]; and ``kind``, the number of that colour's kind to which the object is assigned after the hold: 1 is
+        the oldest, 0 means that the learner has no kinds.
     """
     seen = measure_features(tool, VisionError(), np.random.default_rng(0))
     met, colour = before.recognise(seen[0].colour, 0.0, settings.prior)
@@ -52,17 +58,33 @@ def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: 
 def describe_holds(
     tools: Sequence[Tool], memories: Sequence[MaterialMemory], records: Sequence[TrialRecord], settings: Settings
 ) -> dict[str, Any]:
-    """Returns variables along ``trial`` of an observer who holds objects.
+    """Describes one observer's holds as variables along ``trial``.
 
-    Memories are those before the first trial and after each.
+    Args:
+        tools: Held objects, in order (K).
+        memories: Memories before the first trial and after each (K + 1).
+        records: Record of each trial (K).
+        settings: Settings of the simulation.
+
+    Returns: Dimension, values and attributes of each variable, by name.
     """
     pairs = zip(tools, memories[:-1], memories[1:], strict=True)
     found = pd.DataFrame([expect(tool, before, after, settings) for tool, before, after in pairs])
     variables = (
         ("expected", found.expected, "kg", "mass at the most probable densities, before the hold"),
         ("believed_density", found.believed_density, "kg/m^3", "most probable density of the first part's colour"),
-        ("kind", found.kind, "1", "kind to which the object is assigned after the hold; 0 without kinds"),
-        ("p_value", [each.p_value for each in records], "1", "p-value of the torques, by the belief before"),
+        (
+            "kind",
+            found.kind,
+            "1",
+            "kind to which the object is assigned after the hold; 0 if the learner has no kinds",
+        ),
+        (
+            "p_value",
+            [each.p_value for each in records],
+            "1",
+            "p-value of the torques under the belief before the hold",
+        ),
         ("log_evidence", [each.log_evidence for each in records], "1", "log probability density of the torques"),
         ("periods_limited", [each.counts.limited for each in records], "1", "control periods with an active limit"),
         ("periods_failed", [each.counts.failed for each in records], "1", "control periods without a plan"),
@@ -70,7 +92,7 @@ def describe_holds(
             "samples_rejected",
             [each.samples.rejected for each in records],
             "1",
-            "samples of torque that were rejected",
+            "rejected torque samples",
         ),
     )
     return {name: ("trial", values, about(unit, meaning)) for name, values, unit, meaning in variables}
@@ -79,9 +101,15 @@ def describe_holds(
 def tabulate_holds(
     data: xr.Dataset, tools: Sequence[Tool], *, learner: str, block: str, objects: Any = None
 ) -> pd.DataFrame:
-    """Tabulates the holds of all observers along ``trial``, with the columns of lifts.csv.
+    """Tabulates the holds of all observers, with the columns of lifts.csv.
 
-    Objects, (observers, trials), are the indices of the tools that were held; None for each tool once, in order.
+    Args:
+        data: Variables of ``describe_holds``, (observer, trial).
+        tools: Objects.
+        learner: Name of the learner.
+        block: Name of the block of trials.
+        objects: Indices of the held objects, (observers, trials) or (trials,); None if each tool is held once, in
+            order.
     """
     observers, trials = data.sizes["observer"], data.sizes["trial"]
     held = np.broadcast_to(np.arange(trials) if objects is None else objects, (observers, trials)).ravel()
@@ -106,12 +134,12 @@ def tabulate_holds(
 
 
 def select_columns(lifts: pd.DataFrame) -> pd.DataFrame:
-    """Returns the columns of lifts.csv, and those of parameters of observers, if these differ."""
+    """Selects the columns of lifts.csv, and those with parameters of single observers, if there are any."""
     return lifts[[*COLUMNS, *(name for name in lifts if str(name).startswith(OWN_VALUES))]]
 
 
 def show_kinds(kinds: NDArray[np.intp]) -> pd.Series:
-    """Returns the numbers of kinds, empty where there are none."""
+    """Returns the numbers of kinds; cells are empty where the learner has no kinds."""
     return pd.Series(kinds, dtype="Int64").replace(0, pd.NA)
 
 
@@ -121,5 +149,5 @@ def compute_surprise(p_values: Array) -> Array:
 
 
 def compute_volume(tool: Tool) -> float:
-    """Computes the volume of all parts, [m^3]."""
+    """Computes the volume of an object's parts together, [m^3]."""
     return sum(part.shape.volume for part in tool.components)

@@ -1,7 +1,7 @@
-"""Size-weight and material-weight designs, and both crossed: objects and trials, forces and judged heaviness.
+"""Size-weight illusion, material-weight illusion, and both crossed: designs, forces and judged heaviness.
 
-The family of each look is lifted ten times; then test objects, which all weigh the same, twenty times each. What was
-expected was stated before the first run (docs/heaviness.md). No published value of such a study was looked up.
+Observers lift the family of each look ten times, and then test objects, which all weigh the same, twenty times each.
+Predictions were stated before the first run (docs/heaviness.md). No published value of such a study was looked up.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,16 +19,16 @@ from affordance.objects.tool import Tool
 
 RADIUS, HEIGHTS = 0.0461, (0.06, 0.075, 0.105, 0.12)  # radius of all cylinders, and heights of a family, [m]
 SMALL, MIDDLE, LARGE = 0.05, 0.09, 0.13  # heights of test objects, [m]
-FAMILIAR, TESTED, LAST = 10, 20, 5  # cycles of the families and of the test objects, and how many are the last ones
-PLAIN = {"plain": ("#8c8c8c", 1500.0)}  # looks: colour and density of the family, [kg/m^3]
+FAMILIAR, TESTED, LAST = 10, 20, 5  # cycles of the families and of the test objects; cycles averaged as "last"
+PLAIN = {"plain": ("#8c8c8c", 1500.0)}  # look: colour, and density of its family, [kg/m^3]
 LOOKS = {"light": ("#e8dcb5", 300.0), "dense": ("#5a6470", 2500.0)}
 
 
 class Illusion(NamedTuple):
-    """Design: looks, and test objects by look and height."""
+    """Design of an illusion: looks with their families, and test objects of one mass."""
 
-    looks: Mapping[str, tuple[str, float]]
-    tested: Mapping[str, tuple[str, float]]  # look and height, [m]
+    looks: Mapping[str, tuple[str, float]]  # colour and density of the family, [kg/m^3]
+    tested: Mapping[str, tuple[str, float]]  # look, and height, [m]
     mass: float  # of every test object, [kg]
 
 
@@ -51,7 +51,7 @@ ILLUSIONS = {
 
 
 def make_objects(illusion: Illusion) -> list[Tool]:
-    """Makes the families of all looks and the test objects of a design."""
+    """Makes the objects of a design: the families of all looks, then the test objects."""
     tools = []
     for look, (colour, density) in illusion.looks.items():
         for height in HEIGHTS:
@@ -65,7 +65,7 @@ def make_objects(illusion: Illusion) -> list[Tool]:
 
 
 def make_design(illusion: Illusion) -> Design:
-    """Makes the function that draws the trials of one observer: every second one lifts test objects backwards."""
+    """Returns the function that draws one observer's trials; every second observer has the reverse test order."""
     return partial(_draw, illusion)
 
 
@@ -77,22 +77,24 @@ def _draw(illusion: Illusion, observer: int, rng: np.random.Generator) -> pd.Dat
 
 
 def build_trials(name: str, participants: int, *, seed: int = 0) -> pd.DataFrame:
-    """Builds the trial table of a design, for ``affordance lift`` and for a laboratory."""
+    """Builds the trial table of a design, for ``affordance lift`` or for a laboratory."""
     return build_table(make_design(ILLUSIONS[name]), participants, seed=seed)
 
 
 def run_illusion(name: str, setup: Setup, learners: Sequence[Learner] = ()) -> pd.DataFrame:
-    """Lets observers of each learner do a design; one of its name and no other. Returns their lifts."""
+    """Lets observers of each learner do the design with a given name; returns a row for each lift."""
     illusion = ILLUSIONS[name]
     return run_lifts(name, setup, make_objects(illusion), make_design(illusion), learners)
 
 
 def measure_contrasts(name: str, lifts: pd.DataFrame) -> pd.DataFrame:
-    """Measures natural logarithms of ratios of forces and of heaviness, at the first lift and over the last five.
+    """Measures contrasts of force and heaviness between test objects, at the first lift and over the last five.
 
-    Returns: A row for each observer and contrast: ``size`` of small over large, ``material`` of the light over the
-        dense look, and ``interaction``, the difference of size between the looks; ``began`` is the test object that
-        came first.
+    A contrast is the natural logarithm of a ratio.
+
+    Returns: A row for each observer and contrast: ``size`` (small over large), ``material`` (light over dense look),
+        and ``interaction`` (the size contrast of the light look minus that of the dense look). ``began`` is the test
+        object that came first.
     """
     rows = []
     tested = lifts[lifts["block"] == "test"]

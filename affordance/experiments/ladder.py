@@ -1,35 +1,35 @@
-"""Development as a ladder: Simulation I by what is remembered, with an adult's arm and with an infant's.
+"""Development as a ladder: Simulation I with three kinds of memory, with an adult's arm and with an infant's.
 
-Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here a rung, a learner, stands for
-an age, so that what an age does is a prediction that can fail:
+Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here each learner is a rung that
+stands for an age, so each rung makes a prediction about that age, and the prediction can fail:
 
-    nothing_remembered   each hold begins at the prior; what is felt counts within the hold only
-    own_memory           an object's own density, known from its second hold on
-    density              the density of a look: what rods of that colour weighed
+    nothing_remembered   every hold begins at the prior; what is felt is used within that hold only
+    own_memory           remembers each object's own density, from its second hold on
+    density              remembers one density per look: what rods of that colour weighed
 
-The four rods of Simulation I are held from short to long, each twice in a row. Then, each with the memory that the
-rods left, a decoy that looks like the longest rod, and one of a length that was never held (22.5 cm); both are of
-beech and look like brass. What an observer does is the largest excursion of the object's centre within a second, in
-which the arm of Simulation I has sunk farthest, and has risen to within 0.1 mm.
+The four rods of Simulation I are held from short to long, each twice in a row. Then two decoys follow, both made of
+beech but looking like brass: one has the length of the longest rod, one a length never held (22.5 cm). Each decoy is
+held with the memory that the rods left. The measure is the largest excursion of the object's centre within one
+second: by then the arm of Simulation I has sunk farthest, and has risen to within 0.1 mm of its highest point.
 
-The infant's arm (models/infant.sdf) cannot hold the rods from 15 cm on at arm's length: they load its wrist with up
-to 2.4 times its effort limit, whatever is believed. So it holds rods whose lengths are scaled by the ratio of the two
-reaches (0.44). The smallest torque that it feels is scaled as its effort limits are (0.125), as both are torques.
+The infant's arm (models/infant.sdf) cannot hold rods of 15 cm or more at arm's length: they load its wrist with up
+to 2.4 times its effort limit, whatever is believed. So its rods are scaled in length by the ratio of the two reaches
+(0.44). The smallest torque that it feels is scaled like its effort limits (by 0.125), because both are torques.
 
-Expected, stated before the first run, of the means over observers and with either arm:
+Predictions for means over observers, with either arm, stated before the first run:
 
-1. Nothing remembered: the arm sinks with every rod, farther with a longer one, and as far in the second hold of a rod
-   as in the first. Both decoys rise, as beech is less dense than the mode of the prior, but by less than a quarter of
-   what they rise by look.
-2. Own memory: in the first hold of each rod the arm sinks as if nothing were remembered; in the second its excursion
-   is less than half as large. The decoy that looks like the longest rod is taken for it and rises, at least half as
-   far as by look; the one of a new length rises by less than a quarter of that.
-3. Density by look: only the first hold of the first rod goes wrong. Excursions in the first holds of all other rods
-   are less than half of it. Both decoys rise.
-4. The infant's arm does the same as the adult's, but its excursions in second holds are a larger share of those in
-   first holds: its rods weigh less beside the smallest torque that is felt, so that one hold tells it less.
+1. Nothing remembered: the arm sinks with every rod, farther with a longer one, and equally far in both holds of a
+   rod. Both decoys rise, because beech is less dense than the mode of the prior, but by less than a quarter of their
+   rise with rung 3.
+2. Own memory: in the first hold of each rod the arm sinks as if nothing were remembered; in the second hold the
+   excursion is less than half as large. The decoy that looks like the longest rod is mistaken for it, and rises at
+   least half as far as with rung 3; the decoy of a new length rises less than a quarter as far as with rung 3.
+3. Density by look: only the first hold of the first rod goes wrong. The excursions in the first holds of all other
+   rods are less than half as large. Both decoys rise.
+4. The infant's arm does the same as the adult's, but the ratio of second to first excursions is larger: its rods are
+   lighter relative to the smallest torque that it feels, so one hold is less informative.
 
-So a decoy that looks like a rod that was held does not tell rung 2 from rung 3, and the first hold of a new rod does.
+So a decoy that looks like a held rod cannot distinguish rung 2 from rung 3; the first hold of a new rod can.
 """
 
 from collections.abc import Mapping, Sequence
@@ -64,7 +64,7 @@ OBJECTS = "tools/ladder.yaml"  # in the folder of models; the last two are the d
 INFANT = "infant.dmd.yaml"  # in the folder of models
 RUNGS = (NOTHING_REMEMBERED, OWN_MEMORY, DENSITY)
 OBSERVERS = 48  # of each learner and arm, unless another number is asked for
-NO_MEMORY = "whose observers differ in learner and arm"  # a lasting memory is of one
+NO_MEMORY = "whose observers differ in learner and arm"  # a lasting memory belongs to one observer
 DURATION = 1.0  # of each hold, [s]
 MEANINGS = {
     "first_m": "largest excursion in the first hold of each rod, m",
@@ -81,10 +81,10 @@ def run(setup: Setup) -> Results:
     learners = [str(each) for each in data.learner.values]
     return Results(
         order=53,
-        title="Development as a ladder: what is remembered, and with which arm",
+        title="Development as a ladder: three kinds of memory, and two arms",
         summary=(
             f"{count_observers(setup.observers)} of each learner held {len(tools['adult']) - 2} rods twice each, and"
-            " two decoys, with an adult's arm and, rods being scaled to it, with that of an infant of 9 to 11 months."
+            " two decoys: with an adult's arm, and scaled down with the arm of an infant of 9 to 11 months."
         ),
         finding="; ".join(_describe(numbers["arms"])) + ".",
         data=data,
@@ -93,9 +93,9 @@ def run(setup: Setup) -> Results:
         figures={
             "ladder": (
                 (
-                    "Largest excursion of each object, down or up: mean with its 95 % interval. A column is a"
-                    " learner, with the age that it stands for; a row is an arm. Rods are in the order in which they"
-                    " were held, from short to long. Where nothing is remembered, observers do not differ."
+                    "Largest excursion of each object, down or up: mean with 95 % interval. Each column is a"
+                    " learner, with the age that it stands for; each row is an arm. Rods are in the order in which"
+                    " they were held, from short to long. Without memory, all observers do the same."
                 ),
                 partial(draw, numbers),
             )
@@ -103,8 +103,8 @@ def run(setup: Setup) -> Results:
         tables={"What infants did, and what each learner does.": tabulate(numbers["arms"])},
         remarks=[
             (
-                "Infants of 6 and 7 months, who do not even adapt to a weight while they hold it, are below the"
-                " ladder: every learner here feels what it holds."
+                "Infants of 6 and 7 months do not even adapt to a weight while they hold it. The ladder has no rung"
+                " for them: every learner here feels what it holds."
             ),
         ],
         lifts=pd.concat(
@@ -119,7 +119,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner, those of either arm by its name."""
+    """Computes the numbers of each observer of every learner; names begin with the arm."""
     data = collect(setup)
     return ObserverNumbers(
         {
@@ -135,11 +135,11 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> dict[str, list[Tool]]:
-    """Reads the rods and decoys, and scales them to the infant's arm; checks that either arm can hold its own."""
+    """Reads the rods and decoys, scales them for the infant's arm, and checks that each arm can hold its set."""
     file, infant = setup.models / OBJECTS, setup.models / INFANT
     tools = list(read_tools(setup.models, OBJECTS))
     if not infant.is_file():
-        raise BadValueError(infant, "", "is missing, must be in the folder of models beside the arm of an adult")
+        raise BadValueError(infant, "", "is missing, must be in the folder of models with the arm of an adult")
     if len(tools) < 4:
         raise BadValueError(file, "tools", f"has {len(tools)} entries, must have at least 4: two rods and two decoys")
     check_no_grips(file, tools)
@@ -151,7 +151,7 @@ def read(setup: Setup) -> dict[str, list[Tool]]:
 
 
 def find_reach(arm: Path) -> float:
-    """Finds the horizontal distance of an arm's hand from its base in the holding posture, [m]."""
+    """Computes the horizontal distance between hand and base of an arm in its holding posture, [m]."""
     loaded = load_arm(arm)
     model = ArmModel(loaded)
     model.set_posture(loaded.home)
@@ -159,13 +159,13 @@ def find_reach(arm: Path) -> float:
 
 
 def compare_strength(setup: Setup) -> float:
-    """Returns the effort limits of the infant's arm over those of the adult's."""
+    """Computes the ratio of effort limits, infant's arm over adult's; the median over joints."""
     infant, adult = (load_arm(each).limits.tau_max for each in (setup.models / INFANT, setup.settings.arm))
     return float(np.median(infant / adult))
 
 
 def set_up_arm(setup: Setup, arm: str) -> Setup:
-    """Returns the setup of an arm; the smallest torque that the infant's feels is scaled as its effort limits are."""
+    """Returns the setup of an arm; the smallest torque that the infant feels is scaled like its effort limits."""
     if arm == "adult":
         return setup
     ratio, noise = compare_strength(setup), setup.settings.noise
@@ -177,7 +177,7 @@ def set_up_arm(setup: Setup, arm: str) -> Setup:
 
 
 def list_rungs(setup: Setup) -> list[Learner]:
-    """Lists the learners: the rungs, and that of the settings if it is another one."""
+    """Lists the learners: the rungs, and the learner of the settings if it is not a rung."""
     return [*{each.name: each for each in (*RUNGS, setup.settings.learner)}.values()]
 
 
@@ -196,7 +196,7 @@ def collect(setup: Setup) -> xr.Dataset:
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer: heights over time in both holds of each rod and in that of each decoy."""
+    """Runs one observer; returns heights over time in both holds of each rod and the hold of each decoy."""
     *rods, decoy, new_decoy = tools
     memory = setup.start_memory(observer).add_colours(list_colours(tools), setup.settings.prior)
     hand = Observer(get_runner(setup.settings), memory, duration=DURATION)
@@ -206,7 +206,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
         befores.append(hand.memory)
         records.append(hand.hold(rod, seed=(setup.seed, observer, trial)))
     learned = hand.memory
-    for each in (decoy, new_decoy):  # each as if it were the only one
+    for each in (decoy, new_decoy):  # each with the memory of the rods only
         hand = Observer(get_runner(setup.settings), learned, duration=DURATION)
         befores.append(hand.memory)
         records.append(hand.hold(each, seed=(setup.seed, observer, len(held))))
@@ -225,7 +225,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Computes the numbers of each observer of one learner with one arm: signed largest excursions."""
+    """Computes the largest excursions, with sign, of each observer of one learner with one arm, [m]."""
     excursion = find_excursion(data.height)
     rods = excursion.isel(trial=slice(-2))
     return {
@@ -250,7 +250,7 @@ def summarise(data: xr.Dataset) -> dict[str, dict[str, Any]]:
 
 
 def describe_arms(setup: Setup, tools: Mapping[str, Sequence[Tool]]) -> dict[str, Any]:
-    """Returns reach and rods of either arm, as in metrics.json."""
+    """Returns reach, strength and masses of the rods for each arm, as in metrics.json."""
     return {
         "reach_m": {arm: find_reach(set_up_arm(setup, arm).settings.arm) for arm in ARMS},
         "mass_true": {arm: [tool.mass for tool in tools[arm]] for arm in ARMS},
@@ -259,32 +259,32 @@ def describe_arms(setup: Setup, tools: Mapping[str, Sequence[Tool]]) -> dict[str
 
 
 def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]:
-    """Judges what was expected, of each arm; bounds were stated before the first run."""
+    """Judges the predictions for each arm; their bounds were stated before the first run."""
 
     def compare(text: str, value: Any, **bounds: float) -> list[Criterion]:
         return [check(f"{text}, {arm}'s arm", value(n[arm]), NONE, **bounds) for arm in ARMS]
 
     nothing, own, look = (each.name for each in RUNGS)
     return [
-        claim("nothing_remembered", "ours, a prediction; Bower of 9 months",
-              "Who remembers nothing sinks with every rod, farther with a longer one, and as far when it returns.",
+        claim("nothing_remembered", "ours, a prediction; Bower on 9 months",
+              "Without memory the arm sinks with every rod, farther with longer ones, and as far the second time.",
               *compare("largest excursion, m", lambda a: a[nothing]["first_m"], below=0),
               *compare("its change from rod to rod, m", lambda a: np.diff(a[nothing]["first_m"]), below=0),
               *compare("second hold over first", lambda a: a[nothing]["second_m"] / a[nothing]["first_m"],
                        at_least=0.99, at_most=1.01)),
-        claim("own_memory", "ours, a prediction; Bower of 12 months",
-              "Who remembers each object sinks with every new rod as if nothing were remembered, and not again.",
-              *compare("first hold over that of who remembers nothing",
+        claim("own_memory", "ours, a prediction; Bower on 12 months",
+              "With a memory of each object the arm sinks with every new rod as without memory, but not again.",
+              *compare("first hold over first hold without memory",
                        lambda a: a[own]["first_m"] / a[nothing]["first_m"], at_least=0.99, at_most=1.01),
               *compare("size of the excursion, second hold over first",
                        lambda a: a[own]["second_size_m"] / a[own]["first_size_m"], below=0.5)),
-        claim("look", "ours, a prediction; paper I and IV-A, Bower of 18 months",
-              "Who remembers what such rods weigh sinks with the first rod, and with no later one.",
+        claim("look", "ours, a prediction; paper I and IV-A, Bower on 18 months",
+              "With a density for the look the arm sinks with the first rod, and with no later one.",
               *compare("first hold of the first rod, m", lambda a: a[look]["first_m"][0], below=0),
-              *compare("size of the excursion, first holds of the other rods over it",
+              *compare("size of the excursion, first holds of the other rods over that of the first",
                        lambda a: a[look]["first_size_m"][1:] / a[look]["first_size_m"][0], below=0.5)),
         claim("decoys", "ours, a prediction; paper IV-A",
-              "A decoy of a new length is lifted by look alone; one that looks like a known rod by memory too.",
+              "A decoy of a new length rises only with densities by look; one like a known rod also with own memory.",
               *compare("lift of the decoys by look, m",
                        lambda a: np.array([a[look]["decoy_m"], a[look]["new_decoy_m"]]), above=0),
               *compare("nothing remembered, over the lifts by look",
@@ -295,15 +295,15 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
               *compare("own memory, decoy of a new length, over the lift by look",
                        lambda a: a[own]["new_decoy_m"] / a[look]["new_decoy_m"], below=0.25)),
         claim("infant", "ours, a prediction",
-              "One hold tells an infant's arm less than an adult's.",
-              check("size of the excursion, second hold over first, own memory, infant's arm less adult's",
+              "One hold is less informative with an infant's arm than with an adult's.",
+              check("size of the excursion, second hold over first, own memory, infant's arm minus adult's",
                     np.subtract(*(np.mean(n[arm][own]["second_size_m"] / n[arm][own]["first_size_m"])
                                   for arm in ("infant", "adult"))), NONE, above=0)),
     ]  # fmt: skip
 
 
 def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
-    """Describes the first hold of the longest rod, which tells memory of a look from that of objects."""
+    """Describes the first hold of the longest rod, which separates memory of looks from memory of objects."""
     return [
         f"{label_learner(learner)}: the longest rod, held for the first time, moves by"
         f" {100.0 * found['first_m'][-1]:+z.1f} cm (adult's arm)"
@@ -312,7 +312,7 @@ def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
 
 
 def tabulate_lifts(data: xr.Dataset, tools: Sequence[Tool], learner: str, arm: str) -> pd.DataFrame:
-    """Tabulates all holds of a learner with an arm; observers with the infant's arm are numbered after the others."""
+    """Tabulates all holds of a learner with an arm; the infant arm's observers are numbered after the adult's."""
     rods, observers = len(tools) - 2, data.sizes["observer"]
     held = np.array([*np.repeat(np.arange(rods), 2), rods, rods + 1])
     table = tabulate_holds(data, tools, learner=learner, block=arm, objects=held)

@@ -1,4 +1,4 @@
-"""Figure and table of the ladder of learners: excursions beside what infants did."""
+"""Figure and table of the ladder of learners: excursions, and what infants did."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,9 +13,9 @@ from affordance.belief.learners import label_learner
 from affordance.reporting.figures import DECOY_COLOUR, FONT_SIZE, OBJECT_COLOURS, tidy
 
 ARMS = ("adult", "infant")
-# What infants did, by the learner that stands for their age. Nine and twelve months: Bower 1974, Development in
-# Infancy, on motor behaviour (a translation was read); eighteen months: the same, from memory, not checked. Mounoud
-# and Bower's article was not seen. The paper (I, IV-A) puts the last rung at nine months.
+# What infants did at the age that each learner stands for. Sources: Bower 1974, Development in Infancy, on motor
+# behaviour; for nine and twelve months a translation was read; eighteen months is cited from memory, unchecked.
+# Mounoud and Bower's article was not read. The paper (I, IV-A) puts the last rung at nine months.
 AGES = {
     "nothing_remembered": ("9 months", "the arm drops each time, even when the object was given several times"),
     "own_memory": ("12 months", "the drop is gone when the object is given again"),
@@ -24,7 +24,7 @@ AGES = {
 
 
 def tabulate(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> pd.DataFrame:
-    """Tabulates what infants did beside what each learner does: excursions in cm, adult's arm / infant's arm."""
+    """Tabulates what infants did and what each learner does: excursions, adult's arm / infant's arm, [cm]."""
     rows = {}
     for learner in n["adult"]:
         age, did = AGES.get(learner, ("", ""))
@@ -34,7 +34,7 @@ def tabulate(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> pd.DataFrame:
             ("first rod, second hold (cm)", "second_m", 0),
             ("longest rod, first hold (cm)", "first_m", -1),
             ("longest rod, second hold (cm)", "second_m", -1),
-            ("decoy like it (cm)", "decoy_m", ...),
+            ("decoy like the longest rod (cm)", "decoy_m", ...),
             ("decoy of a new length (cm)", "new_decoy_m", ...),
         ):
             values = [100.0 * float(np.asarray(n[arm][learner][name])[place]) for arm in ARMS]
@@ -44,7 +44,7 @@ def tabulate(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> pd.DataFrame:
 
 
 def draw(n: Mapping[str, Any]) -> Figure:
-    """Draws the excursions of each object, a row of panels for each arm and a column for each learner."""
+    """Draws the excursions of each object: a row of panels for each arm, a column for each learner."""
     learners = [*n["arms"]["adult"]]
     figure = Figure(figsize=(4.0 * len(learners), 6.4))
     panels = figure.subplots(len(ARMS), len(learners), sharex=True, sharey="row", squeeze=False)

@@ -1,4 +1,4 @@
-"""Lasting memory of the one observer of a run: what it begins with, and where what it feels is added."""
+"""Lasting memory of a run's single observer: loads what it already knows, and stores what it feels."""
 
 import uuid
 from dataclasses import replace
@@ -20,21 +20,22 @@ from affordance.simulation.trial_record import TrialRecord
 def remember_in(setup: Setup, place: Path | str, same_colours: SameColours = ()) -> Setup:
     """Returns the setup of one observer who begins with a lasting memory, and adds to it what it feels.
 
-    The number of remembered trials is added to the seed, past the largest from 0, so that no error of measurement is
-    drawn again. Settings must not be changed afterwards, as the learner's belief depends on them.
+    The number of remembered trials is added to the seed, so that no measurement error is drawn twice; beyond the
+    largest seed, counting starts again at 0. The settings must not be changed afterwards, because the learner's
+    belief depends on them.
 
     Args:
         setup: Setup of a run of one observer.
-        place: Path of the SQLite file; one that does not exist yet knows nothing, and is made by the first trial.
-        same_colours: Pairs of colours that two cameras see differently; of each, the second, which must be in the
-            memory, is read as the first.
+        place: Path of the SQLite file. If it does not exist, the memory is empty, and the first trial creates it.
+        same_colours: Pairs of colours that are the same but look different to two cameras. The second colour of each
+            pair must be in the memory, and is read as the first.
 
     Raises:
-        BadValueError: There are several observers, the file cannot be read, a record is invalid, or no part has a
-            pair's second colour.
+        BadValueError: There are several observers, the file cannot be read, a record is invalid, or no stored part
+            has the second colour of a pair.
     """
     if setup.observers != 1:
-        problem = f"is {setup.observers}, must be 1 with a memory, which is of one observer"
+        problem = f"is {setup.observers}, must be 1 with a memory, which belongs to one observer"
         raise BadValueError("--repeats", "", problem)
     settings, place, trials = setup.settings, str(place), 0
     if not has_memory(place) and not same_colours:
@@ -43,15 +44,13 @@ def remember_in(setup: Setup, place: Path | str, same_colours: SameColours = ())
         with open_memory(place, create=False) as ledger:
             known = recall_with_objects(ledger, settings.learner, settings.prior, setup.seed, same_colours)
             trials = len(ledger)
-    remember = partial(
-        _append, place, uuid.uuid4().hex
-    )  # so that observers of another run are not taken for this one's
+    remember = partial(_append, place, uuid.uuid4().hex)  # so that observers of different runs are not confused
     seed = (setup.seed + trials) % (int(SEEDS.high) + 1)
     return replace(setup, known=format_memory(known), remember=remember, seed=seed)
 
 
 def _append(place: str, run: str, record: TrialRecord) -> None:
-    """Appends a trial in which something was felt; a file that cannot be written raises a BadValueError."""
+    """Appends a trial if something was felt in it; raises a BadValueError if the file cannot be written."""
     if (evidence := describe_trial(record)) is not None:
         with open_memory(place) as ledger:
             ledger.append([evidence])

@@ -1,8 +1,8 @@
-"""Lifts as a table with one row per lift, the same for simulated observers and for people.
+"""Lifts as a table with one row per lift, in the same form for simulated observers and for people.
 
-A design is a function that draws the trials of one observer, a table with the columns block, cycle and object; the
-order of its rows is the order of the lifts. ``run_lifts`` adds what each observer does: before a lift the hand is
-clamped, and pushes up with the weight that the observer believes in; then the object is felt at rest, in closed form.
+A design is a function that draws the trials of one observer: a table with the columns block, cycle and object, whose
+rows are in the order of the lifts. ``run_lifts`` adds what each observer does. Before a lift the hand is clamped, and
+pushes up with the weight that the observer believes in; then the object is felt at rest. Both are in closed form.
 """
 
 from collections.abc import Callable, Sequence
@@ -31,9 +31,9 @@ from affordance.settings import Settings
 from affordance.simulation.static_lifts import NOTHING, StaticLifter, check_closed_form
 from affordance.vision.features import FeatureSource
 
-# Most lifts of all observers of all learners, by the memory that their rows take (SECURITY.md).
+# Largest number of lifts over all observers and learners; it bounds the memory for their rows (SECURITY.md).
 MOST_LIFTS = 2_000_000
-# Most observers whose lifts are computed at once, so that an interruption loses little.
+# Largest number of observers that are computed at once; small, so that an interruption loses little.
 AT_ONCE = 250
 # Function that draws the trials of an observer, given its number and a random generator.
 type Design = Callable[[int, np.random.Generator], pd.DataFrame]
@@ -50,18 +50,20 @@ def repeat(
     times: int = 1,
     row: int = 0,
 ) -> pd.DataFrame:
-    """Draws a block of trials: each repetition has all objects.
+    """Draws a block of trials in which each repetition contains all objects.
 
     Args:
         objects: Names of the objects.
         repetitions: Number of repetitions.
         rng: Random generator of the order.
         block: Name of the block.
-        order: "shuffled", "fixed", or "latin square": each object is equally often in each place and after each
-            other.
+        order: Order within a repetition: "shuffled", "fixed", or "latin square", in which each object is equally
+            often in each place and after each other object.
         first: Names of the objects that come first in each repetition, in this order.
-        times: Number of trials with an object in a row.
-        row: Row of the Latin square in the first repetition: the number of the observer.
+        times: Number of consecutive trials with the same object.
+        row: Row of the Latin square for the first repetition, usually the number of the observer.
+
+    Returns: Table with the columns ``block``, ``cycle`` (the repetition, from 1) and ``object``.
     """
     others = [name for name in objects if name not in first]
     rows = []
@@ -82,33 +84,33 @@ def _order(names: Sequence[str], order: str, rng: np.random.Generator, row: int)
 
 
 def count_rows(count: int) -> int:
-    """Counts the rows of the square for a number of objects: the same number if it is even, else twice as many."""
+    """Counts the rows of the Latin square for a number of objects: that number if even, twice as many if odd."""
     return count if count % 2 == 0 else 2 * count
 
 
 def build_row(count: int, row: int) -> list[int]:
-    """Builds a row of a square: each object is equally often in each place, and after each other (Williams 1949)."""
+    """Builds a row of the balanced Latin square of Williams (1949), as places of objects, from 0."""
     zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
     places = [(place + row) % count for place in zigzag]
     return places if row < count else places[::-1]
 
 
 def counterbalance[T](values: Sequence[T], participant: int) -> list[T]:
-    """Returns values in an order that is balanced over participants, a row of a Latin square for each of them."""
+    """Orders values for one participant so that orders are balanced over participants (Latin square)."""
     return [values[place] for place in build_row(len(values), participant % count_rows(len(values)))]
 
 
 def build_table(
     design: Design, participants: int, *, groups: Sequence[str] = ("all",), seed: int = 0
 ) -> pd.DataFrame:
-    """Builds a trial table (``trials.check_trials``), the trials of one participant below those of the one before.
+    """Builds a trial table for ``trials.check_trials``, participant by participant.
 
-    Orders are those of as many observers of an experiment with this design and root of random draws.
+    Participant P1 has the trials of observer 0 of an experiment with this design and seed, P2 those of observer 1.
 
     Args:
         design: Function that draws the trials of one participant.
         participants: Number of participants, P1, P2 and so on.
-        groups: Names of groups, to which the participants belong in turn.
+        groups: Names of groups, to which participants are assigned in turn.
         seed: Root of the random draws.
     """
     tables = []
@@ -122,19 +124,21 @@ def build_table(
 def run_lifts(
     name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = ()
 ) -> pd.DataFrame:
-    """Lets observers of each learner lift objects, and returns a row per lift.
-
-    More observers than ``MOST_LIFTS`` allows raise a BadValueError.
+    """Lets observers of each learner lift objects; returns a row per lift.
 
     Args:
         name: Name of the experiment.
         setup: Setup of the experiment.
         tools: Objects.
         design: Function that draws the trials of an observer.
-        learners: Learners; those of the program and that of the settings if there are none.
+        learners: Learners; if empty, those of the program and that of the settings.
 
     Returns: Table of ``select_columns`` with ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3,
         ``force``, the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
+
+    Raises:
+        BadValueError: There are more lifts than ``MOST_LIFTS`` allows, or a setting does not suit the closed form.
+        InfeasibleError: An object is too heavy for the arm.
     """
     check_can_be_lifted(name, tools, setup.settings)
     learners = learners or list_learners(setup.settings.learner)
@@ -158,14 +162,17 @@ def run_lifts(
 
 
 def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) -> None:
-    """Checks the objects of an experiment, and that the closed form supports the settings.
+    """Checks that the arm can hold the objects, and that the closed form supports the settings.
 
-    A setting that it does not support raises a BadArgumentError or a BadValueError, an object that is too heavy for
-    the arm an InfeasibleError.
+    Raises:
+        BadArgumentError, BadValueError: The closed form does not support a setting.
+        InfeasibleError: An object is too heavy for the arm.
     """
     check_closed_form(settings)
     if settings.feature_source is not FeatureSource.FEATURES:
-        raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {name}, in closed form")
+        raise BadValueError(
+            "--vision", "", f"is 'pixels', must be 'features' for {name}, whose lifts are in closed form"
+        )
     if settings.faults != NO_FAULTS:
         problem = f"is given, must be omitted for {name}, whose lifts in closed form support none"
         raise BadValueError("--fault", "", problem)
@@ -173,7 +180,7 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
 
 
 def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequence[int]) -> list[xr.Dataset]:
-    """Lets observers lift the objects of their trials, one after the other, and learn from each."""
+    """Lets observers lift the objects of their trials in order, and learn from each lift."""
     names = [tool.name for tool in tools]
     trials = [
         design(observer, np.random.default_rng([setup.seed, observer, Stream.LIFT_ORDER])) for observer in observers
@@ -202,10 +209,15 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
             ("weight", record.weight, "N", "true weight"),
             ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
             ("believed_density", record.believed_density, "kg/m^3", "most probable density of the colour, before"),
-            ("kind", record.kind, "1", "kind of the object after the lift; 0 without kinds"),
-            ("p_value", record.p_value, "1", "p-value of what was felt, by the belief before the lift"),
-            ("felt", record.felt, "N", "weight that is believed once it was felt"),
-            ("expected_by_look", record.expected_by_look, "N", "weight that the look predicts, before the lift"),
+            ("kind", record.kind, "1", "kind of the object after the lift; 0 if the learner has no kinds"),
+            ("p_value", record.p_value, "1", "p-value of what was felt, under the belief before the lift"),
+            ("felt", record.felt, "N", "believed weight after the object was felt"),
+            (
+                "expected_by_look",
+                record.expected_by_look,
+                "N",
+                "weight that the object's look predicts, before the lift",
+            ),
             ("heaviness", heaviness, "N", "judged heaviness"),
             *((name, np.tile(values, (num_lifts, 1)), "", "of the observer") for name, values in own.items()),
         )
@@ -221,7 +233,7 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
 
 
 def do_differ(settings: Settings) -> bool:
-    """Says whether parameters of participants are set, or any of their learner has a value for each observer."""
+    """Says whether observers differ: participant settings are changed, or the learner has a value per observer."""
     values = vars(settings.learner.parameters).values()
     return settings.participant != Participant() or any(isinstance(each, tuple) for each in values)
 
@@ -233,9 +245,15 @@ def summarise_lifts(
     *,
     without_interval: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Computes means over observers with 95 % intervals, by learner, of the numbers that each has of its own lifts.
+    """Computes means over observers with 95 % intervals, for each learner.
 
-    Returns: Numbers of the first learner, and those of all under ``learners``, as in metrics.json.
+    Args:
+        lifts: Table of lifts of all observers.
+        measure: Function that computes the numbers of one observer from its lifts.
+        setup: Setup of the experiment.
+        without_interval: Names of numbers that are the same for all observers.
+
+    Returns: Numbers of the first learner, and those of all learners under ``learners``, as in metrics.json.
     """
     learners: dict[str, dict[str, Any]] = {}
     for learner, found in measure_each(lifts, measure).items():
@@ -249,7 +267,7 @@ def summarise_lifts(
 
 
 def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series]) -> dict[str, dict[str, Array]]:
-    """Computes the numbers of each observer from its own lifts, (observers,), by learner and name."""
+    """Computes the numbers of every observer from its own lifts: arrays (observers,) by learner and name."""
     found = {}
     for learner, of_one in lifts.groupby("learner", sort=False):
         rows = pd.DataFrame([measure(own) for _, own in of_one.groupby("observer")])

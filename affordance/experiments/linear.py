@@ -1,10 +1,10 @@
 """Linear+ and Linear++ (Cesanek, Zhang, Ingram, Wolpert and Flanagan 2021, eLife 10:e71627).
 
-Cylinders of one look, whose weight is in proportion to their size, become familiar; then one more comes, of a size
-between theirs, that weighs a third (Linear+) or two thirds (Linear++) more than its size predicts. Before each lift
-the hand is clamped and pushes upward to match the weight. Expected: people lift the test object by its family in
-Linear+, and learn two thirds of its own weight in Linear++; kappa, the breadth of a category, was fitted to these two
-groups.
+Cylinders of one look, whose weight is in proportion to their size, become familiar. Then a test object is added: its
+size is between theirs, but it weighs a third (Linear+) or two thirds (Linear++) more than its size predicts. Before
+each lift the hand is clamped, and pushes upward to match the weight. Expected, from people: in Linear+ the force for
+the test object stays at what its family predicts; in Linear++ it covers two thirds of the difference to its own
+weight. Kappa, the breadth of a category, was fitted to these two groups.
 """
 
 import math
@@ -37,8 +37,8 @@ from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.reporting.lift_figures import PeopleMark
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
-EVERY_LEARNER = True  # observers of each are simulated
-NO_MEMORY = "in which nothing is felt"  # so that a lasting memory learns nothing
+EVERY_LEARNER = True  # observers of each learner are simulated
+NO_MEMORY = "in which nothing is felt"  # no torques over time, so a lasting memory learns nothing
 TRAINING = {
     "training_60mm": 0.06,
     "training_75mm": 0.075,
@@ -52,19 +52,19 @@ FAMILIAR, MIXED = 30, 40  # cycles of the training objects, and of all five
 SOURCE = "Cesanek and others 2021"
 MEANINGS = {
     "weight_N": "true weight of the test object, N",
-    "first_N": "first lift of the test object, N",
-    "end_N": "last 16 lifts of the test object, N",
-    "family_N": "predicted by the family at the end, N",
-    "f": "learned fraction: 0 by the family, 1 by its own weight",
+    "first_N": "force in the first lift of the test object, N",
+    "end_N": "mean force in the last 16 lifts of the test object, N",
+    "family_N": "force predicted by the family at the end, N",
+    "f": "learned fraction: 0 as the family predicts, 1 as the test object weighs",
     "training_correlation": "correlation of force and weight over the training lifts",
 }
 
 
 class Group(NamedTuple):
-    """Group of people, and the mass of the test object, [kg]."""
+    """Group of people with its test object and published results."""
 
     name: str  # name in the paper
-    mass: float
+    mass: float  # mass of the test object, [kg]
     more: str  # share by which it is heavier than its size predicts, in words
     num_people: int
     people: Mapping[str, Published]  # published means and 95 % intervals
@@ -104,13 +104,13 @@ def run(name: str, setup: Setup) -> Results:
         title=f"{group.name}: an odd member of a family ({SOURCE})",
         summary=(
             f"{count_observers(setup.observers)} of each learner lifted four objects of one look {FAMILIAR} times"
-            f" each, then one more of {group.mass:g} kg whose size predicts {DENSITY * HEIGHT:g} kg, {MIXED} times"
-            " among them. Force is what is exerted against a stiff clamp before release. Kappa, the breadth of a"
+            f" each, then a test object of {group.mass:g} kg, whose size predicts {DENSITY * HEIGHT:g} kg, {MIXED}"
+            " times among them. The force is exerted against a stiff clamp before release. Kappa, the breadth of a"
             " category, was fitted to this group and the other one; nothing else was fitted."
         ),
         finding=(
-            "Of the difference between the weight of the test object and what its family predicts, "
-            f"{', '.join(learned)} is learned."
+            "Learned share of the difference between the weight of the test object and what its family predicts: "
+            f"{', '.join(learned)}."
         ),
         data=lifts,
         numbers=numbers,
@@ -118,19 +118,19 @@ def run(name: str, setup: Setup) -> Results:
         figures={
             "test_object": (
                 (
-                    "Force before each lift of the test object; thin lines are single observers. Black: people's"
-                    " means and 95 % intervals."
+                    "Force before each lift of the test object. Thin lines are single observers; black marks are"
+                    " people's means with 95 % intervals."
                 ),
                 partial(draw_forces, lifts, ["test"], title=title, predicted_by=[*TRAINING], people=marks),
             )
         },
         tables={"Means over observers and people, with 95 % intervals.": tabulate(numbers)},
         remarks=[
-            "The interval of people's f follows from those published of its forces, taken as independent.",
+            "The interval of people's f follows from the published intervals of its two forces, as if independent.",
             (
-                "Observers differ by what they feel, and by what they draw; people also differ in how hard they push."
-                " The score that people saw after each lift is not modelled; what is felt of the weight stands"
-                " for it."
+                "Observers differ in their sensory noise and in their random draws; people also differ in how hard"
+                " they push. The score that people saw after each lift is not modelled; feeling the weight takes its"
+                " place."
             ),
         ],
         lifts=select_columns(lifts),
@@ -152,22 +152,22 @@ def read(name: str, setup: Setup) -> list[Tool]:
 
 
 def collect(name: str, setup: Setup) -> pd.DataFrame:
-    """Simulates observers with each of the learners, who lift the objects of a group."""
+    """Lets observers of each learner lift the objects of a group; returns a row per lift."""
     return run_lifts(name, setup, read(name, setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer: the family, and then in each cycle the test object before its family."""
+    """Draws one observer's trials: the family alone, then cycles of the test object followed by its family."""
     family = repeat([*TRAINING], FAMILIAR, rng, block="family")
     mixed = repeat([*TRAINING, "test"], MIXED, rng, block="odd member", first=["test"])
     return pd.concat([family, mixed])
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from the lifts in their order."""
+    """Computes the numbers of one observer, or of one person, from its lifts in order."""
     test, family = lifts[lifts["object"] == "test"], lifts[lifts["object"] != "test"]
     weight, end = test["weight"].iloc[0], test["force"].tail(16).to_numpy().mean()
-    by_family = predict_by_size(family.tail(64), test["size"].iloc[0])  # of the last 16 cycles
+    by_family = predict_by_size(family.tail(64), test["size"].iloc[0])  # over the last 16 cycles
     early = family.head(120)  # before the test object comes
     return pd.Series(
         {
@@ -182,7 +182,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def list_people(group: Group) -> dict[str, Published]:
-    """Lists people's values; the interval of f follows from those of its parts, to first order, as if independent."""
+    """Lists people's values; the interval of f is to first order, with its two forces taken as independent."""
     people = dict(group.people)
     weight, end, family = people["weight_N"].value, people["end_N"], people["family_N"]
     f = (end.value - family.value) / (weight - family.value)
@@ -194,24 +194,24 @@ def list_people(group: Group) -> dict[str, Published]:
 
 
 def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -> list[ClaimResult]:
-    """Judges what people did, by each learner."""
+    """Judges whether each learner does what people did."""
     first = [
-        check(f"first force over what the size predicts, {label_learner(learner)}",
+        check(f"first force over the force that the size predicts, {label_learner(learner)}",
               found["first_N"] / PREDICTED, at_least=0.85, at_most=1.15)
         for learner, found in n.items()
     ]  # fmt: skip
     f = people["f"]
     return [
         claim("first_lift", SOURCE,
-              "The test object is first lifted by what its family predicts, by each learner.", *first),
+              "With each learner, the first force for the test object is what its family predicts.", *first),
         claim("fraction", f"{SOURCE}; kappa was fitted to it",
-              "Observers with kinds that are drawn learn as much of its own weight as people.",
+              "Observers with drawn kinds learn the same fraction of its own weight as people.",
               check("learned fraction, drawn kinds", n["kinds_drawn"]["f"], at_least=f.low, at_most=f.high)),
     ]  # fmt: skip
 
 
 def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates forces and learned fraction of each learner, and of people."""
+    """Tabulates forces and learned fraction for each learner and for people."""
     columns = {
         "first_N": "first lift (N)",
         "end_N": "end (N)",
@@ -230,7 +230,7 @@ def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def list_spreads(name: str) -> dict[str, PeopleSpread]:
-    """Lists the standard deviations between people, as their published intervals imply them."""
+    """Lists the standard deviations between people that their published intervals imply."""
     group = GROUPS[name]
     known = {key: each for key, each in list_people(group).items() if math.isfinite(each.low)}
     return {key: find_spread(each, group.num_people, f"{SOURCE}, {group.name}") for key, each in known.items()}

@@ -1,4 +1,4 @@
-"""Linear++: the family weighs in proportion to size, one of its size weighs two thirds more.
+"""Linear++: in a family whose weight is in proportion to size, one object weighs two thirds more than predicted.
 
 The program of both groups is ``linear.py``.
 """

@@ -1,11 +1,12 @@
-"""Choice of the next object to lift after an odd one, and when to stop: a design of ours, not yet tried with people.
+"""Which object is lifted next after an odd one, and when do observers stop? A design not yet tried with people.
 
-A rod of steel and one of beech become familiar. Then a rod is held that looks like steel and is made of beech; from
-then on observers hold what they like: another rod that looks like steel, another of beech, or a rod and a block of
-brass, of which no tool is made. They know that a stick and a hammer of steel and beech are to be gripped for reaching
-and for driving a nail. Expected: who chooses by what it is worth to these tasks doubts one of the two rods that look
-alike and differ, takes up the third, and then has enough. The first two claims were written before any of its numbers
-was seen; the third after the simulation, and before any people's data.
+A rod of steel and a rod of beech become familiar. Then observers hold an odd rod: it looks like steel but is made of
+beech. From then on they choose what to hold: another rod that looks like steel, another rod of beech, or a rod or a
+block of brass, a material of which no tool is made. They know the tasks: to grip a stick and a hammer, both of steel
+and beech, for reaching and for driving a nail. Expected: observers who value a hold by its use for these tasks are
+uncertain about the steel look, because two rods with that look differ. They lift the third such rod next, and then
+stop. The first two claims were written before any result was seen; the third after the simulation, but before any
+data of people.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,28 +42,26 @@ from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import measure_drawing
 
-OBJECTS, TOOLS = (
-    "tools/next_lift.yaml",
-    "tools/novel.yaml",
-)  # in the folder of models; a stick and a hammer come first
+# Files in the folder of models; the first two tools are a stick and a hammer.
+OBJECTS, TOOLS = "tools/next_lift.yaml", "tools/novel.yaml"
 TASKS = ("reach", "hammer")
 FAMILIAR = ("rod of steel", "rod of beech")
 ODD, LIKE_IT, BRASS = "odd rod", "third rod of steel look", ("rod of brass", "block of brass")
 OBSERVERS = 40  # of each learner, unless another number is asked for
-EVERY_LEARNER = True  # observers of each are simulated
-NO_MEMORY = "whose observers differ in their learner"  # a lasting memory is of one
+EVERY_LEARNER = True  # observers of each learner are simulated
+NO_MEMORY = "whose observers differ in their learner"  # a lasting memory belongs to one observer
 DURATION = 1.0  # of each hold, [s]
-SAMPLES = 1000  # of a belief, by which an observer chooses
+SAMPLES = 1000  # samples of the belief by which an observer chooses
 CAPTION = (
-    "What is lifted, in the mean; of four in any order the third rod of steel look would come in lift 3.5 and next "
-    "in a quarter."
+    "Mean order of lifts, counted from the odd rod. If the other four came in random order, the third rod of steel "
+    "look would be lifted in lift 3.5 on average, and next in a quarter of cases."
 )
 MEANINGS = {
-    "place_of_like": "lift in which it is the third rod of steel look, the odd one first",
-    "like_next": "share that lifts it next after the odd one; 0.25 by chance",
-    "place_of_brass": "mean lift of the two of brass, 3.5 by chance",
-    "stopped": "share that would rather stop, before each lift",
-    "lifts_until_stop": "lifts before it is enough, the odd one among them, at most 5",
+    "place_of_like": "lift of the third rod of steel look; the odd rod is lift 1",
+    "like_next": "share of observers who lift it next after the odd rod; 0.25 by chance",
+    "place_of_brass": "mean lift of the two brass objects; 3.5 by chance",
+    "stopped": "share of observers who would rather have stopped before each lift",
+    "lifts_until_stop": "number of lifts before the observer would stop, from the odd rod on, at most 5",
 }
 
 
@@ -81,18 +80,18 @@ def run(setup: Setup) -> Results:
         order=52,
         title="What is lifted next after an odd object?",
         summary=(
-            f"{count_observers(setup.observers)} of each learner held a rod of steel and one of beech, then one that"
-            " looks like steel and is of beech, and then chose what to hold next for the grips of a stick and a"
-            " hammer: another rod of each look, or two things of brass, of which no tool is made. Nobody has done it"
-            " yet."
+            f"{count_observers(setup.observers)} of each learner held a rod of steel and one of beech, then an odd"
+            " rod that looks like steel but is made of beech. Then they chose what to hold next, to learn how to grip a"
+            " stick and a hammer: another rod of each look, or two objects of brass, of which no tool is made. Nobody"
+            " has done this experiment yet."
         ),
-        finding=f"After an odd rod, one that looks like it is lifted next by {', '.join(shares)}.",
+        finding=f"Share that lifts a rod of the same look next after the odd rod: {', '.join(shares)}.",
         data=data,
         numbers=numbers,
         claims=judge(learners),
         figures={
             "things": (
-                "Things that may be held; the first is made otherwise than it looks.",
+                "Objects that may be held. The first, the odd rod, is not made of what it looks like.",
                 partial(draw_things, things[len(FAMILIAR) :]),
             )
         },
@@ -120,7 +119,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool]]:
-    """Reads the objects, and the tools whose grips are to be chosen."""
+    """Reads the objects, and the tools whose grips will be chosen."""
     things, tools = read_tools(setup.models, OBJECTS), read_tools(setup.models, TOOLS)[:2]
     check_can_be_held(setup.models / OBJECTS, things, setup.settings)
     return things, tools
@@ -139,10 +138,10 @@ def collect(setup: Setup) -> xr.Dataset:
 def hold(
     setup: Setup, things: Sequence[Tool], observer: int
 ) -> tuple[list[int], list[MaterialMemory], list[TrialRecord], list[bool]]:
-    """Lets one observer hold the familiar rods, the odd one, and then one after the other what it chooses.
+    """Lets one observer hold the familiar rods, then the odd rod, then one object of its choice after another.
 
-    Returns: Index of the object in each trial, memories before the first and after each, records, and, for each of
-        the free trials, whether it would rather have stopped by then.
+    Returns: Index of the object in each trial; memories before the first trial and after each; records; and for each
+        free trial, whether the observer would rather have stopped before it.
     """
     settings, runner = setup.settings, get_runner(setup.settings)
     names = [thing.name for thing in things]
@@ -177,9 +176,9 @@ def hold(
 def choose(
     offered: Sequence[Tool], things: Sequence[Tool], memory: MaterialMemory, setup: Setup, seed: tuple[int, ...]
 ) -> tuple[int, bool]:
-    """Chooses what to hold next by its worth for the tasks.
+    """Chooses the object to hold next: the one whose hold is worth most for the tasks.
 
-    Returns: Place of the object among those offered, and True if none is worth holding.
+    Returns: Place of the chosen object among ``offered``, and True if no object is worth holding.
     """
     _, tools = read(setup)
     options = [
@@ -202,7 +201,7 @@ def choose(
 
 
 def list_felt(things: Sequence[Tool], memory: MaterialMemory, prior: Prior) -> dict[str, FeltObject]:
-    """Lists the evidence of a memory about each object, by name; objects that look alike are one."""
+    """Lists what a memory has felt of each object, by name; objects that look alike count as one."""
     found: dict[str, FeltObject] = {}
     for thing in things:
         felt = memory.recall([part.appearance for part in measure_drawing(thing)], prior).felt
@@ -212,7 +211,7 @@ def list_felt(things: Sequence[Tool], memory: MaterialMemory, prior: Prior) -> d
 
 
 def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer."""
+    """Runs one observer; returns what it held, when it would have stopped, and what its holds show."""
     order, memories, records, stopped = hold(setup, things, observer)
     return xr.Dataset(
         {
@@ -228,7 +227,7 @@ def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset, things: Sequence[Tool]) -> dict[str, xr.DataArray]:
-    """Computes the numbers of each observer; lifts count from that of the odd rod."""
+    """Computes the numbers of each observer; the odd rod is lift 1."""
     names = [thing.name for thing in things]
     objects = data.object.isel(trial=slice(len(FAMILIAR), None))
     place = xr.DataArray(np.arange(1.0, objects.sizes["trial"] + 1.0), dims="trial")
@@ -255,29 +254,29 @@ def summarise(each: Mapping[str, xr.DataArray]) -> dict[str, Any]:
 
 
 def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
-    """Judges what was expected."""
+    """Judges the predictions."""
     one, kinds = n["density"], n["kinds_map"]
     return [
-        claim("like_next", "ours, a prediction", "After an odd rod, one that looks like it is lifted next.",
-              check("share, one density for each colour", one["like_next"], at_least=0.5)),
-        claim("brass_last", "ours, a prediction", "What no tool is made of is lifted last.",
-              check("mean lift, one density for each colour", one["place_of_brass"], at_least=4),
-              check("mean lift, kinds, most probable", kinds["place_of_brass"], at_least=4)),
+        claim("like_next", "ours, a prediction", "After the odd rod, the rod that looks like it is lifted next.",
+              check("share of observers, one density for each colour", one["like_next"], at_least=0.5)),
+        claim("brass_last", "ours, a prediction", "Objects of a material that no tool is made of are lifted last.",
+              check("mean lift of brass, one density for each colour", one["place_of_brass"], at_least=4),
+              check("mean lift of brass, kinds, most probable", kinds["place_of_brass"], at_least=4)),
         claim("three_lifts", "ours, a prediction; written after simulation, before any people's data",
-              "Three lifts are enough, the odd one among them.",
-              check("median of lifts, one density for each colour", one["lifts_median"], at_least=3, at_most=3),
-              check("median of lifts, kinds, most probable", kinds["lifts_median"], at_least=3, at_most=3)),
+              "Three lifts are enough, counting the odd rod.",
+              check("median lifts, one density for each colour", one["lifts_median"], at_least=3, at_most=3),
+              check("median lifts, kinds, most probable", kinds["lifts_median"], at_least=3, at_most=3)),
     ]  # fmt: skip
 
 
 def tabulate(learners: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
-    """Tabulates what observers of each learner lift."""
+    """Tabulates the order and number of lifts for each learner."""
     rows = {
         label_learner(learner): {
             "lift of the third rod of steel look": f"{found['place_of_like']:.2f}",
-            "next after the odd one": f"{found['like_next']:.0%}",
+            "lifted next after the odd rod": f"{found['like_next']:.0%}",
             "mean lift of brass": f"{found['place_of_brass']:.2f}",
-            "lifts until it is enough": f"{found['lifts_until_stop']:.2f}",
+            "lifts before stopping": f"{found['lifts_until_stop']:.2f}",
         }
         for learner, found in learners.items()
     }
@@ -285,14 +284,14 @@ def tabulate(learners: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
 
 
 def tabulate_lifts(data: xr.Dataset, things: Sequence[Tool]) -> pd.DataFrame:
-    """Tabulates all holds of observers of one learner."""
+    """Tabulates all holds of one learner's observers."""
     table = tabulate_holds(data, things, learner=str(data.learner.values), block="free", objects=data.object.values)
     table.loc[table["lift"] <= len(FAMILIAR), "block"] = "familiar"
     return table.assign(cycle=1)
 
 
 def draw_things(things: Sequence[Tool]) -> Any:
-    """Draws what may be held freely, the first of which, the odd rod, as it looks and as it is made."""
+    """Draws the objects to choose from; the first, the odd rod, is drawn as it looks and as it is made."""
     odd, *others = things
     drawings = [Drawing(odd, f"1: {label(odd.name)}, as it looks")]
     drawings += [Drawing(odd, f"1: {label(odd.name)}, as it is made", as_made=True)]

@@ -1,4 +1,4 @@
-"""Objects in a user's folder of models, which may make no experiment: refusals in one line."""
+"""Reads the objects of a user's folder of models, and checks that they fit an experiment."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -24,12 +24,12 @@ def read_tools(models: Path, name: str) -> tuple[Tool, ...]:
 
 
 def list_looks(tools: Sequence[Tool]) -> list[Material]:
-    """Lists the materials that tools look like, in the order of their parts."""
+    """Lists the materials that tools look like, each once, in the order of the parts."""
     return list(dict.fromkeys(part.looks_like for tool in tools for part in tool.components))
 
 
 def check_no_grips(file: Path, tools: Sequence[Tool]) -> None:
-    """Raises a BadValueError for an object with grips to choose from."""
+    """Raises a BadValueError for an object that has grips to choose from."""
     for tool in tools:
         if tool.grips:
             names = ", ".join(grip.name for grip in tool.grips)
@@ -37,7 +37,7 @@ def check_no_grips(file: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_honest(file: Path, tools: Sequence[Tool]) -> None:
-    """Raises a BadValueError for an object with a part that looks like another material than it is made of."""
+    """Raises a BadValueError for an object with a part that looks like a material it is not made of."""
     for tool in tools:
         for i, part in enumerate(tool.components):
             if part.looks_like != part.material:
@@ -46,17 +46,25 @@ def check_honest(file: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_can_be_held(file: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
-    """Checks the static torque of each joint with each tool, in the start posture of a task or at home.
+    """Checks that the arm can hold each tool at rest, in the start posture of a task or in its home posture.
 
-    A tool that is too heavy for a joint raises an InfeasibleError, an arm that cannot be loaded or cannot hold itself
-    a ModelFileError, and a posture out of its reach an AffordanceError.
+    Args:
+        file: File of the tools, which errors name.
+        tools: Tools.
+        settings: Settings, which name the arm.
+        start: Start posture of the task; the home posture if empty.
+
+    Raises:
+        InfeasibleError: A tool is too heavy for a joint.
+        ModelFileError: The arm cannot be loaded, or cannot hold itself.
+        AffordanceError: The arm cannot reach the start posture.
     """
     arm = load_arm(settings.arm)
     _load_shapes(arm, settings.arm)
     static = StaticHold(arm, arm.find_posture(dict(start)))
     posture = "start" if start else "home"
     for tool in tools:
-        # Otherwise the arm's own weight, in wrong units perhaps, would be blamed on the tool.
+        # First with an empty hand: otherwise the arm's weight, perhaps in wrong units, would be blamed on the tool.
         for joint, torque, bound in arm.find_overloads(static.tau_arm):
             problem = f"loads {joint} with {torque:.3g} N m in the {posture} posture with an empty hand"
             raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
@@ -69,6 +77,6 @@ def check_can_be_held(file: Path, tools: Sequence[Tool], settings: Settings, sta
 
 @lru_cache(maxsize=16)
 def _load_shapes(arm: Arm, directives: Path) -> None:
-    """Loads an arm's shapes, once for each version of its files, as else only the replay would fail for them."""
+    """Loads an arm's shapes, so that a fault in them is found now and not only by the replay."""
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     parse_arm(plant, directives)

@@ -1,4 +1,4 @@
-"""Observers of an experiment in parallel processes, as one labelled dataset; finished observers are kept."""
+"""Runs the observers of an experiment in parallel, keeps finished ones, and joins them in one dataset."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -21,14 +21,14 @@ from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_batches
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-# Observer of which figures, motions and the replay show every detail.
+# Observer that figures, motions and the replay show in detail.
 OBSERVER_SHOWN = 0
-# Name of the array that labels the others of an observer: dimensions and attributes.
+# Name of the array with dimensions and attributes of an observer's other arrays.
 _LABELS = "labels of variables"
 
 
 def remember_nothing(record: Any) -> None:
-    """Remembers nothing."""
+    """Does nothing with a record: the run has no lasting memory."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ class Setup:
         models: Folder with arm, materials, tools, paths and tasks.
         out: Folder of the results of all experiments.
         settings: Settings of all simulations.
-        known: What a lasting memory knows, with which the one observer begins, as JSON text; empty for nothing.
-        remember: Function that is given the record of each hold, and adds it to a lasting memory
+        known: Lasting memory with which the single observer begins, as JSON text; empty if it knows nothing.
+        remember: Function that adds the record of a hold to a lasting memory
             (``lasting_memory.remember_in``).
 
     Example:
@@ -63,11 +63,11 @@ class Setup:
     remember: Callable[[Any], None] = field(default=remember_nothing, metadata={"reports": True})
 
     def __post_init__(self) -> None:
-        """Checks the fields, and makes paths of texts; a wrong one raises a BadArgumentError."""
+        """Checks the fields, and converts texts to paths; raises a BadArgumentError for a wrong value."""
         check_fields(self)
 
     def change(self, **settings: Any) -> "Setup":
-        """Returns the setup with other settings: ``setup.change(learner="kinds_map")``."""
+        """Returns a copy with changed settings: ``setup.change(learner="kinds_map")``."""
         return replace(self, settings=replace(self.settings, **settings))
 
     def start_memory(self, observer: int) -> MaterialMemory:
@@ -90,20 +90,24 @@ def run_observers(
 ) -> xr.Dataset:
     """Runs ``observe(setup, *inputs, observer)`` for each observer, and joins the datasets along ``observer``.
 
-    An observer that is finished is kept, and not run again, under a key of seed, settings, inputs, arm, libraries,
-    this program, and whatever else ``observe`` reaches, in whichever files and of whatever type (``describe_run``).
+    A finished observer is stored, and not run again as long as nothing changes that it depends on: seed, settings,
+    inputs, arm, libraries, this program, and all code and values that ``observe`` reaches (``describe_run``).
 
     Args:
-        name: Name of the experiment, and of its folder in that of the results.
+        name: Name of the experiment, and of its folder within the folder of results.
         setup: Setup of the experiment.
-        observe: Function that runs one observer; variables, dimensions and coordinates are the same for all.
-        inputs: Further arguments, the same for all observers.
-        follows_from: Values from which the inputs follow, and functions that make them, where inputs are large or
-            are those of each observer; None for the inputs themselves.
+        observe: Function that runs one observer. All its datasets have the same variables, dimensions and
+            coordinates.
+        inputs: Further arguments of ``observe``, the same for all observers.
+        follows_from: Values from which the inputs are computed, and functions that compute them; the stored observers
+            depend on these in place of the inputs, if those are large. None for the inputs themselves.
         unit: Noun for an observer in the progress bar.
-        count: Number of observers; None for that of the setup.
-        at_once: Most observers that ``observe`` runs at once: it is then given a list of their numbers, and returns
-            a list of datasets, each of which must depend on no other observer. None if it runs one.
+        count: Number of observers; None for the number in the setup.
+        at_once: Largest number of observers that one call of ``observe`` runs. It is then given a list of their
+            numbers, and returns a list of datasets; none of them may depend on other observers. None if a call runs
+            one observer, given its number.
+
+    Returns: Variables of all observers, with the additional dimension ``observer``.
     """
     given = [
         setup.seed,
@@ -132,7 +136,7 @@ def _observe_each(observe: Callable[[int], xr.Dataset], observers: Sequence[int]
 
 
 def _observe(observe: Callable[[Sequence[int]], Sequence[xr.Dataset]], observers: Sequence[int]) -> list[Arrays]:
-    """Runs observers; returns their arrays by variable, and dimensions and attributes of all variables as JSON."""
+    """Runs observers; returns the arrays of each by name, with dimensions and attributes as JSON."""
     return [_list_arrays(found.reset_coords()) for found in observe(observers)]
 
 
@@ -143,7 +147,7 @@ def _list_arrays(found: xr.Dataset) -> Arrays:
 
 
 def _join(arrays: Arrays) -> xr.Dataset:
-    """Joins the arrays of all observers; coordinates, each along its own dimension, are those of the first."""
+    """Joins the arrays of all observers; coordinates are taken from the first."""
     labels = json.loads(str(arrays[_LABELS][0]))
     data: dict[str, Any] = {}
     coords: dict[str, Any] = {}
@@ -157,5 +161,5 @@ def _join(arrays: Arrays) -> xr.Dataset:
 
 
 def find_excursion(height: xr.DataArray) -> xr.DataArray:
-    """Finds the height of largest magnitude over time, with its sign."""
+    """Finds the height with the largest magnitude over time, [m]; the sign is kept."""
     return height.isel(time=abs(height).argmax("time"))

@@ -1,4 +1,4 @@
-"""Results of people, for comparison with observers: published means with intervals, and the spread between people."""
+"""Published results of people, for comparison with observers: means, intervals, spread between people."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from affordance.reporting.statistics import CONFIDENCE
 
 
 class Published(NamedTuple):
-    """Mean over people and its 95 % interval, NaN if none is published, in SI units."""
+    """Published mean over people with its 95 % interval, in SI units; NaN if no interval is published."""
 
     value: float
     low: float = math.nan
@@ -19,7 +19,7 @@ class Published(NamedTuple):
 
 
 def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
-    """Returns people's values as in metrics.json: NAME, and NAME_ci95 where an interval is known."""
+    """Returns people's means as NAME and their intervals, if published, as NAME_ci95, as in metrics.json."""
     numbers: dict[str, Any] = {}
     for name, each in people.items():
         numbers[name] = each.value
@@ -29,6 +29,6 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
 
 
 def find_spread(published: Published, count: int, source: str) -> PeopleSpread:
-    """Computes the standard deviation between people from the interval of their mean (Student's)."""
+    """Computes the standard deviation between people from the interval of their mean (Student's t)."""
     quantile = float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
     return PeopleSpread(0.5 * (published.high - published.low) * math.sqrt(count) / quantile, source)

@@ -1,4 +1,4 @@
-"""Predictions of learners for people who have not done an experiment yet: the numbers of every simulated observer."""
+"""Predictions for an experiment that people have not done yet, from simulated observers of every learner."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -25,10 +25,13 @@ FILE = "predictions.json"
 
 
 class ObserverNumbers(NamedTuple):
-    """Numbers of every observer, (observers, ...), by learner and name, with what is known of them.
+    """Numbers of every observer, with their meanings and the known spread between people.
 
-    Meanings are in words, by name; spreads are standard deviations between people, by name, given the predicted
-    means.
+    Attributes:
+        values: Numbers of the observers, (observers, ...), by learner and name.
+        meanings: Meaning of each number in words, by name.
+        find_spreads: Function that returns known standard deviations between people by name, given the predicted
+            means by name.
     """
 
     values: Mapping[str, Mapping[str, Any]]
@@ -37,7 +40,15 @@ class ObserverNumbers(NamedTuple):
 
 
 class Predicted(NamedTuple):
-    """Predictions, meanings and known spreads by number, contrasts of learners, the best first, and their file."""
+    """Predictions of all learners.
+
+    Attributes:
+        predictions: Prediction of each learner, by number and learner.
+        meanings: Meaning of each number in words.
+        spreads: Known spreads between people, by number.
+        contrasts: Contrasts between learners; the one that needs the fewest people comes first.
+        path: File of the predictions.
+    """
 
     predictions: Mapping[str, Mapping[str, Prediction]]
     meanings: Mapping[str, str]
@@ -47,7 +58,7 @@ class Predicted(NamedTuple):
 
 
 def measure_learners(setup: Setup, measure: Callable[[Setup], Mapping[str, Any]]) -> ObserverNumbers:
-    """Measures the observers of every learner by a function that returns the numbers of each observer."""
+    """Applies ``measure`` to the setup of every learner; it returns the numbers of each observer."""
     learners = list_learners(setup.settings.learner)
     return ObserverNumbers({learner.name: measure(setup.change(learner=learner)) for learner in learners})
 
@@ -55,9 +66,15 @@ def measure_learners(setup: Setup, measure: Callable[[Setup], Mapping[str, Any]]
 def predict(
     name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers], *, power: float = POWER
 ) -> Predicted:
-    """Simulates the observers of every learner, and writes what each would do, and what tells learners apart.
+    """Simulates the observers of every learner; writes their predictions and which numbers separate learners.
 
-    Observers are kept where a run keeps them, so that a later run does not simulate them again.
+    Finished observers are stored as in a run, so a later run does not simulate them again.
+
+    Args:
+        name: Name of the experiment, and of its folder within the folder of results.
+        setup: Setup of the experiment.
+        measure: Function that simulates the observers of every learner and returns their numbers.
+        power: Power for the numbers of people that a comparison needs.
     """
     found = measure(setup)
     folder = prepare_folder(setup.out / name)
@@ -81,7 +98,7 @@ def predict(
 
 
 def _sort_by_number(found: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Array]]:
-    """Sorts the numbers of observers by number and learner, (R,); a list becomes one number per entry."""
+    """Sorts the numbers of observers by number and learner, each (observers,); each entry of a list is a number."""
     values: dict[str, dict[str, Array]] = {}
     for learner, numbers in found.items():
         for key, array in numbers.items():
@@ -97,7 +114,7 @@ def _describe(
     spreads: Mapping[str, PeopleSpread],
     contrasts: Sequence[Contrast],
 ) -> dict[str, Any]:
-    """Returns the predictions as written to the file; numbers that are not finite are null."""
+    """Returns the predictions as they are written to the file."""
     numbers = {
         number: {
             learner: {
@@ -121,7 +138,7 @@ def _describe(
 
 
 def _keep_finite(value: Any) -> Any:
-    """Replaces every number that is not finite by null, as JSON has no such numbers."""
+    """Replaces every number that is not finite with null, because JSON has no such numbers."""
     if isinstance(value, Mapping):
         return {name: _keep_finite(entry) for name, entry in value.items()}
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""Random objects, to measure the accuracy of detection: chains of touching ellipsoids that face the camera."""
+"""Random objects for measuring the accuracy of detection: chains of touching ellipsoids, facing the camera."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -7,13 +7,13 @@ from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool, find_box
 
-# Lengths of the axes of the parts, [m], and largest number of parts.
+# Range of the axis lengths of parts, [m], and largest number of parts.
 _LENGTHS = (0.03, 0.30)
 MAX_PARTS = 3
-# Largest size of an object that fits the picture from every height it may reach, (length, breadth, height), [m].
+# Largest object that fits the picture at every height that it may reach, (length, breadth, height), [m].
 _MAX_BOX = (0.55, 0.40, 0.30)
-# A chain faces the camera: each part touches the one before in a plane with at most this inclination, turned by at
-# most this angle from the last, so that no part hides another, [rad].
+# A chain faces the camera, so that no part hides another: the direction from part to part has at most this
+# inclination, and turns by at most this angle from one part to the next, [rad].
 _MAX_INCLINATION, _MAX_TURN = np.radians(20.0), np.radians(60.0)
 # Densities from the lightest wood to lead, [kg/m^3].
 _DENSITIES = (200.0, 11_000.0)
@@ -42,8 +42,8 @@ def _draw_chain(rng: np.random.Generator) -> list[Component]:
         X_TE = np.eye(4)
         X_TE[:3, :3] = R_TE
         if before is not None:
-            # The farthest point of the previous part along a direction is this part's farthest against it: they touch
-            # there, in a plane across that direction, and nowhere else.
+            # The farthest point of the previous part along the direction is the farthest point of this part against
+            # it. The parts touch there, in a plane across that direction, and nowhere else.
             R_TB, p_TB = before.X_TE[:3, :3], before.X_TE[:3, 3]
             X_TE[:3, 3] = p_TB + R_TB @ before.shape.find_support(R_TB.T @ along)
             X_TE[:3, 3] += R_TE @ shape.find_support(R_TE.T @ along)

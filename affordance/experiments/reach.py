@@ -1,9 +1,9 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool that was never held.
 
-Observers hold the first two objects of Simulation II, and after each trial choose by which end to hold a novel tool
-so that moving its free end along a path takes the least absolute work of the joints. They never hold it: they compare
-inner simulations at densities that they believe in. Expected: the share of correct choices grows from chance (figure
-8).
+Observers hold the first two objects of Simulation II. After each trial they choose by which end to hold a novel tool
+so that moving its free end along a path takes the least absolute work of the joints. They never hold it, but compare
+inner simulations at the densities that they believe in. Expected: the share of correct choices grows from chance
+(figure 8).
 """
 
 from collections.abc import Mapping, Sequence
@@ -59,14 +59,14 @@ from affordance.settings import Settings
 from affordance.simulation.rollout import Rollout, roll_out
 from affordance.simulation.trial import get_runner
 
-NEEDS = ("objects", "path")  # that the arm must be able to do
+NEEDS = ("objects", "path")  # what the arm must be able to do: take objects into its hand, and follow the path
 TOOLS, PATH = "tools/novel.yaml", "paths/reach.yaml"  # in the folder of models; the first tool is the paper's
 FAILURE = "cannot be followed"
 RATIO, SHARE = Unit(digits=3), Unit("%", 100.0, 1)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; objects or a path that do not make it raise a BadValueError."""
+    """Runs the experiment; raises a BadValueError for objects or a path that do not fit it."""
     held, tools, task = read(setup)
     choices, motions = plan(setup, tools, task)
     work = partial(compute_work, task, remove_errors(setup.settings))
@@ -88,14 +88,14 @@ def run(setup: Setup) -> Results:
         order=3,
         title="Simulation III: choosing a grip for reaching",
         summary=(
-            f"{count_observers(setup.observers)} held the objects of Simulation II, and after every trial chose which"
-            f" end of the {name} to hold, to move its free end along a path of {task.duration:.2g} s with the least"
-            f" absolute work of the joints, in which braking counts as driving does. They never hold the {name}."
+            f"{count_observers(setup.observers)} held the objects of Simulation II. After every trial they chose the"
+            f" end of the {name} by which to move its free end along a path of {task.duration:.2g} s with the least"
+            f" absolute work of the joints, which counts braking like driving. They never held the {name}."
         )
-        + (f" They also choose about {others}." if others else ""),
+        + (f" They also chose a grip for: {others}." if others else ""),
         finding=(
             f"The end that costs less work is chosen in {p[0]:.0%} of cases before anything was held, in {p[1]:.0%}"
-            f" after one trial with other objects, and in {p[-1]:.0%} after {len(p) - 1}."
+            f" after one trial with other objects, and in {p[-1]:.0%} after {len(p) - 1} trials."
         ),
         data=data.merge(label_motions(done, setup.settings)).merge(label_paths(done)),
         numbers=numbers,
@@ -111,20 +111,20 @@ def run(setup: Setup) -> Results:
             ),
             "path": (
                 (
-                    f"The path (dotted), and where the free end of the {name} went with each grip, simulated under"
+                    f"The path (dotted), and the motion of the free end of the {name} with each grip, simulated with"
                     " the true densities."
                 ),
                 partial(draw_paths, best.reference, {f"held by {grip}": each.path for grip, each in done.items()}),
             ),
         },
         tables={
-            "Each tool, simulated under its true densities, and choices by the paper's rule.": tabulate_tools(
+            "Each tool, simulated with its true densities, and choices by the paper's rule.": tabulate_tools(numbers),
+            f"The {name}: two rules of choice and two measures of cost, after 0, 1, 2, ... trials.": tabulate_rules(
                 numbers
             ),
-            f"The {name} by two rules and two measures, after 0, 1, 2, ... trials.": tabulate_rules(numbers),
         },
         remarks=[
-            "The paper says neither what the path was nor how large the object; here they are those of models/.",
+            "The paper specifies neither the path nor the size of the object; those used here are in models/.",
             compare_measures(numbers, first),
         ],
         lifts=tabulate_experience(experience, held, setup.settings.learner.name),
@@ -135,7 +135,7 @@ def run(setup: Setup) -> Results:
 
 
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
-    """Reads the objects that are held, the novel tools and the path, and checks that they make the experiment."""
+    """Reads the held objects, the novel tools and the path, and checks that they fit the experiment."""
     held, path_file, file = com.read(setup)[:2], setup.models / PATH, setup.models / TOOLS
     task, tools = Reach(load_path(path_file)), read_tools(setup.models, TOOLS)
     check_start(path_file, "start", task.path.start, load_arm(setup.settings.arm))
@@ -148,9 +148,12 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
 
 
 def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Choice], dict[str, dict[str, Rollout]]]:
-    """Plans the reach with each grip as observed, and simulates it with the true densities, by tool and grip.
+    """Plans the reach with each grip of the tools as observed, and simulates it with the true densities.
 
-    A path that cannot be followed with a grip, or without a cheaper grip, raises a BadValueError.
+    Returns: Choices by tool; simulated motions by tool and grip.
+
+    Raises:
+        BadValueError: The path cannot be followed with a grip, or two grips cost the same.
     """
     file, seed, jobs = setup.models / PATH, setup.seed, setup.jobs
     with blame(file, "points", FAILURE):
@@ -174,29 +177,29 @@ def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Ch
 
 
 def _simulate(task: Reach, settings: Settings, tool: Tool) -> dict[str, Rollout]:
-    """Simulates the reach with each grip of a tool, by a controller that knows its densities."""
+    """Simulates the reach with each grip of a tool; the controller knows the true densities."""
     return {
         grip: roll_out(each, task, list_densities([tool]), settings) for grip, each in tool.list_gripped().items()
     }
 
 
 def compute_work(task: Reach, settings: Settings, held: Tool) -> float:
-    """Plans the reach with a gripped tool of known densities; returns its absolute work, [J]."""
+    """Plans the reach with a gripped tool of known densities, and computes its absolute work, [J]."""
     cost = _plan_end(task, settings, tuple(find_free_end(held.components).tolist()))
     return float(cost.compute(held.parameters[None]).work[0])
 
 
 @lru_cache(maxsize=4)
 def _plan_end(task: Reach, settings: Settings, p_TF: tuple[float, ...]) -> MotionCost:
-    """Plans the motion of a free end, which all tools with that end share."""
+    """Plans the motion of a free end, the same for all tools whose free end is at ``p_TF``, [m]."""
     return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)
 
 
 def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, observer: int) -> xr.Dataset:
     """Lets one observer choose a grip of each tool, before the first hold of other objects and after each.
 
-    By the paper's rule works are compared at one density of each material, drawn from the belief; by Bayes' rule, as
-    they are expected over the whole belief (for the first tool).
+    The paper's rule compares the work at one density of each material, drawn from the belief. Bayes' rule compares
+    the work expected over the whole belief; it is applied to the first tool only.
     """
     memories = [recall(setup, experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
     seed = (setup.seed, observer)
@@ -205,7 +208,7 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
     meaning = "index of the grip chosen, -1 if none can be used"
     return xr.Dataset(
         {
-            "paper": (("tool", "moment"), paper, about("1", f"{meaning}; at one density drawn for each choice")),
+            "paper": (("tool", "moment"), paper, about("1", f"{meaning}; by the paper's rule, one drawn density")),
             "bayes": ("moment", bayes, about("1", f"{meaning}; by the least expected absolute work, first tool")),
             "flips": ("moment", flips, about("1", "whether the integral of torque squared would choose otherwise")),
         },
@@ -224,18 +227,18 @@ def measure(motions: Mapping[str, Rollout]) -> dict[str, Any]:
 
 
 def judge(n: Mapping[str, Any], densest_at_hand: str) -> list[ClaimResult]:
-    """Judges what the paper says of figure 8."""
+    """Judges the paper's claims about figure 8."""
     p, ci95 = n["p_correct"], n["p_correct_ci95"]
     ratio = n["energy_ratio_true"] if n["correct_grip"] == densest_at_hand else 1.0 / n["energy_ratio_true"]
     return [
         claim("correct_grip", "paper IV-C", "The optimal solution is to grasp the object by the steel component.",
               check("absolute work of the other grip over that of this one, simulated", ratio, RATIO, above=1)),
-        claim("chance", "paper IV-D, of figure 10; expected here too",
+        claim("chance", "paper IV-D, about figure 10; expected here too",
               "At the start of the experiment the robot is at chance.",
               check("correct before any experience", p[0], SHARE, at_least=0.48, at_most=0.52)),
         claim("increases", "paper IV-C, figure 8",
               "The proportion of correct choices increases as the robot gains experience with similar objects.",
-              check("lower end of the 95 % interval at the end, above the upper end of that at the start",
+              check("lower end of the last 95 % interval, above the upper end of the first",
                     ci95[-1][0], SHARE, above=ci95[0][1])),
         claim("learned", "ours", f"After {len(p) - 1} trials at least 95 of 100 choices are correct.",
               check("correct after the last trial", p[-1], SHARE, at_least=0.95)),
@@ -253,23 +256,23 @@ def draw_grips(tools: Sequence[Tool]) -> Figure:
 
 
 def label_paths(motions: Mapping[str, Rollout]) -> xr.Dataset:
-    """Labels the demanded path of the free end, and where it went with each grip."""
+    """Returns the demanded path of the free end, and its motion with each grip, as a labelled dataset."""
     reference = next(iter(motions.values())).reference
     return xr.Dataset(
         {
             "p_WF": (
                 ("grip", "time", "axis"),
                 [done.path for done in motions.values()],
-                about("m", "where the free end went"),
+                about("m", "position of the free end"),
             ),
-            "p_WF_reference": (("time", "axis"), reference, about("m", "the path")),
+            "p_WF_reference": (("time", "axis"), reference, about("m", "demanded position of the free end")),
         },
         {"axis": ["x", "y", "z"]},
     )
 
 
 def replay(arm: Path, tool: Tool, motions: Mapping[str, Rollout], best: Rollout) -> Replay:
-    """Returns the replay of the reach with each grip."""
+    """Builds the replay of the reach, one scene for each grip."""
     held = tool.list_gripped()
     scenes = [
         Scene(held[grip], done.record.times, done.record.q, f"held by {grip}: absolute work {done.work:.1f} J")

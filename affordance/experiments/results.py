@@ -1,4 +1,4 @@
-"""Results of an experiment: data, numbers, claims that the numbers decide, figures and words; and their files."""
+"""Results of an experiment (data, numbers, claims, figures and texts), and the files they are written to."""
 
 import datetime
 import logging
@@ -41,31 +41,31 @@ _LOG = logging.getLogger(__name__)
 
 _PICTURES = (
     "Images of each object before it is grasped: colour, depth (white where there is no reading), detected parts, "
-    "and outlines of the ellipsoids fitted to them. Features come from such images only."
+    "and outlines of the ellipsoids fitted to them. Features are measured in such images only."
 )
 
 
 @dataclass
 class Results:
-    """Data, numbers, claims, figures and words of an experiment.
+    """Data, numbers, claims, figures and texts of an experiment.
 
     Attributes:
         title: Heading of its section in the report.
         summary: What was done, in a sentence or two.
         finding: The outcome in one sentence.
-        data: All observers, with names, units and meanings.
+        data: Measurements of all observers, with names, units and meanings.
         numbers: Numbers of metrics.json.
-        claims: Claims, each met or not.
-        figures: Caption and function that draws, by the name of the file.
-        tables: Tables by caption, the first column of which is the index.
+        claims: Claims that the numbers decide, each met or not.
+        figures: Caption and drawing function of each figure, by the name of its file.
+        tables: Tables by caption; the index is shown as the first column.
         remarks: Further sentences.
-        lifts: Table with a row per lift, for lifts.csv; None for none.
+        lifts: Table with a row per lift, for lifts.csv; None if there are no lifts.
         diagram: Function that returns the Diagram that was run; None if there is none.
         replay: Function that writes the replay to a path; None if there is none.
         files: Functions that write further files into the folder, by name.
-        seen: Objects of which the camera's pictures are shown, if observers see by pictures.
-        learners: Learners of the observers, by their names in files; empty for that of the settings.
-        order: Place of the section in the report.
+        seen: Objects whose camera pictures are shown, if features are measured in pictures.
+        learners: Names of the learners that were simulated; empty for the learner of the settings.
+        order: Sort key of the section in the report.
     """
 
     title: str
@@ -89,7 +89,13 @@ class Results:
 def write_results(results: Results, name: str, setup: Setup, start: float) -> None:
     """Writes the data, numbers, figures and section of an experiment into its folder.
 
-    ``metrics.json`` is written last, so it marks a complete run; the start is that of the process's clock.
+    ``metrics.json`` is written last, so it marks a complete run.
+
+    Args:
+        results: Results.
+        name: Name of the experiment, and of its folder within the folder of results.
+        setup: Setup of the experiment.
+        start: Start of the run on the clock ``time.perf_counter``, [s].
     """
     folder = setup.out / name
     _warn(name, results.numbers)
@@ -118,7 +124,7 @@ def write_results(results: Results, name: str, setup: Setup, start: float) -> No
 
 
 def _list_steps(results: Results, folder: Path, setup: Setup) -> dict[str, Callable[[], object]]:
-    """Lists the functions that write the files of an experiment but its section and numbers, by name."""
+    """Lists functions that write the files of an experiment, by name, except its section and numbers."""
 
     def write_data(path: Path) -> None:
         assert isinstance(results.data, xr.Dataset)
@@ -148,7 +154,7 @@ def _save(draw: Callable[[], Figure], folder: Path, file: str) -> None:
 
 
 def _draw_pictures(tools: Sequence[Tool], seed: int) -> Figure:
-    """Takes a picture of each tool, and draws what is detected in it."""
+    """Takes a picture of each tool, and draws the picture and its detected parts."""
     sensor = get_camera_sensor()
     views = []
     for index, tool in enumerate(tools):
@@ -158,8 +164,8 @@ def _draw_pictures(tools: Sequence[Tool], seed: int) -> Figure:
 
 
 def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section:
-    """Describes the results as a section of the report, with those figures that were written."""
-    others = {"seen": _PICTURES, "diagram": "The Diagram that was run, drawn from its own connections."}
+    """Describes the results as a section of the report, with the figures that could be written."""
+    others = {"seen": _PICTURES, "diagram": "Drake Diagram of the simulation, drawn from its connections."}
     captions = {file: caption for file, (caption, _) in results.figures.items()}
     captions |= {file: caption for file, caption in others.items() if file not in captions}
     suffixes = {"diagram": ".svg"}
@@ -192,7 +198,7 @@ def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section
 
 
 def describe_faults(faults: Faults) -> str:
-    """Describes the faults that were switched on; empty if there were none."""
+    """Describes the active faults in a sentence; empty if there are none."""
     active = [
         f"{each.name} {getattr(faults, each.name)}"
         for each in fields(Faults)
@@ -201,13 +207,13 @@ def describe_faults(faults: Faults) -> str:
     if not active:
         return ""
     return (
-        f"Run with faults: {', '.join(active)}. The true cost of a task with each grip, and so the correct "
+        f"Run with faults: {', '.join(active)}. The true cost of a task with each grip, and therefore the correct "
         "grip, is computed without faults."
     )
 
 
 def describe_setup(settings: Settings, learners: Sequence[str] = ()) -> dict[str, Any]:
-    """Describes arm, models, learners (by default that of the settings) and changed settings, for the report."""
+    """Describes arm, models, learners and changed settings for the report."""
     folder = settings.arm.parent
     return {
         "arm": settings.arm.name,
@@ -218,7 +224,7 @@ def describe_setup(settings: Settings, learners: Sequence[str] = ()) -> dict[str
 
 
 def _warn(name: str, numbers: Mapping[str, Any]) -> None:
-    """Logs rejected samples, and 5-sigma outliers among the objects other than the decoy, which comes last."""
+    """Logs rejected samples, and 5-sigma outliers among all objects except the last, the decoy."""
     rejected = numbers.get("samples_rejected_test", numbers.get("samples_rejected"))
     outliers = numbers.get("trials_outlier_test", numbers.get("trials_outlier"))
     if rejected is None or outliers is None or not hasattr(outliers, "__len__"):

@@ -1,8 +1,8 @@
-"""A family that weighs more than nothing at no size: who can learn it? The companion of ``two_ends``.
+"""A family whose weight grows with size from an offset: which learners can learn it?
 
-Five cylinders of one look weigh .45 kg and .75 g/cm^3: small ones are denser than large ones. Learners by density
-alone keep errors, as one density makes small ones too light and large ones too heavy; a memory of each object does
-not. Nobody has done it yet.
+The weight of five cylinders of one look is .45 kg plus .75 g/cm^3 times volume, so small cylinders are denser than
+large ones. Learners by density alone make lasting errors: with one density, small cylinders seem too light and large
+ones too heavy. A memory of each object does not err. Nobody has done this experiment yet; it goes with ``two_ends``.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,15 +31,15 @@ from affordance.objects.tool import Tool
 from affordance.reporting.formatting import count_observers
 
 OBSERVERS = 48  # of each learner, unless another number is asked for
-EVERY_LEARNER = True  # observers of each are simulated
-NO_MEMORY = "in which nothing is felt"  # so that a lasting memory learns nothing
+EVERY_LEARNER = True  # observers of each learner are simulated
+NO_MEMORY = "in which nothing is felt"  # no torques over time, so a lasting memory learns nothing
 RADIUS, HEIGHTS = 0.0461, (0.06, 0.075, 0.09, 0.105, 0.12)  # [m]
-INTERCEPT, DENSITY = 0.45, 750.0  # mass at no size, [kg], and increase with volume, [kg/m^3]
-CYCLES, LAST = 40, 16  # of all objects, and how many are the last ones
+INTERCEPT, DENSITY = 0.45, 750.0  # mass at volume zero, [kg], and its increase with volume, [kg/m^3]
+CYCLES, LAST = 40, 16  # cycles of all objects; cycles at the end that are averaged
 SMALLEST, LARGEST = (f"cylinder_{1000 * each:.0f}mm" for each in (HEIGHTS[0], HEIGHTS[-1]))
 MEANINGS = {
-    "smallest": "force over weight less one, smallest cylinder, last 16 lifts",
-    "largest": "force over weight less one, largest cylinder, last 16 lifts",
+    "smallest": "force over weight, minus one, smallest cylinder, last 16 lifts",
+    "largest": "force over weight, minus one, largest cylinder, last 16 lifts",
     "slope": "increase of force over increase of weight, from smallest to largest",
 }
 
@@ -50,10 +50,11 @@ def run(setup: Setup) -> Results:
     numbers = summarise_lifts(lifts, measure, setup)
     return Results(
         order=54,
-        title="A family that weighs more than nothing at no size",
+        title="A family whose weight grows with size from an offset",
         summary=(
-            f"{count_observers(setup.observers)} of each learner lifted five cylinders of one look, of"
-            f" {INTERCEPT:g} kg and {DENSITY:g} kg/m^3 each, {CYCLES} times. Nobody has done it yet."
+            f"{count_observers(setup.observers)} of each learner lifted five cylinders of one look, each"
+            f" weighing {INTERCEPT:g} kg plus {DENSITY:g} kg/m^3 times its volume, {CYCLES} times. Nobody has done"
+            " this experiment yet."
         ),
         finding="; ".join(_describe(numbers["learners"])) + ".",
         data=lifts,
@@ -90,17 +91,17 @@ def read(setup: Setup) -> list[Tool]:
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects."""
+    """Lets observers of each learner lift the objects; returns a row per lift."""
     return run_lifts("shallow_family", setup, read(setup), design, _list_learners(setup))
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer."""
+    """Draws the trials of one observer: cycles of all objects in random order."""
     return repeat([f"cylinder_{1000 * each:.0f}mm" for each in HEIGHTS], CYCLES, rng, block="all")
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from the lifts in their order."""
+    """Computes the numbers of one observer, or of one person, from its lifts in order."""
     means = {
         name: lifts.loc[lifts["object"] == name, ["force", "weight"]].tail(LAST).mean()
         for name in (SMALLEST, LARGEST)
@@ -121,6 +122,7 @@ def _list_learners(setup: Setup) -> Sequence[Learner]:
 
 def _describe(n: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return [
-        f"{label_learner(name)}: {found['smallest']:+.0%} of the smallest, {found['largest']:+.0%} of the largest"
+        f"{label_learner(name)}: {found['smallest']:+.0%} force error for the smallest, {found['largest']:+.0%} for the"
+        " largest"
         for name, found in n.items()
     ]

@@ -1,10 +1,10 @@
 """Does one odd member spoil a family? A design of ours that nobody has done yet.
 
-Four cylinders of one look become familiar. Then one of them that looks like the rest, of a size between theirs, and
-weighs a third of what it looks, is lifted six times in a row; then the family again. Expected: one density for each
-colour lifts the whole family as if it had become lighter; with kinds the odd one's second lift is right, and its
-family's next is as it was. Designed before any of its numbers was seen; then it was one of two that were kept of
-three, by the largest difference between learners.
+Four cylinders of one look become familiar. Then an odd object of the same look, with a size between theirs, is lifted
+six times in a row; it weighs a third of what its size predicts. Then the family is lifted again. Expected: with one
+density for each colour, observers lift the whole family as if it had become lighter; with kinds, they lift the odd
+object correctly from its second lift on, and the family as before. The design was made before any result was seen; of
+three such designs, this and ``two_families`` were kept because learners differed most in them.
 """
 
 from collections.abc import Mapping
@@ -34,11 +34,11 @@ from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
-EVERY_LEARNER = True  # observers of each are simulated
-NO_MEMORY = "in which nothing is felt"  # so that a lasting memory learns nothing
+EVERY_LEARNER = True  # observers of each learner are simulated
+NO_MEMORY = "in which nothing is felt"  # no torques over time, so a lasting memory learns nothing
 FAMILY = {"family_60mm": 0.06, "family_75mm": 0.075, "family_105mm": 0.105, "family_120mm": 0.12}  # heights, [m]
 RADIUS, DENSITY = 0.0461, 10.0  # radius of all cylinders, [m], and mass of the family by height, [kg/m]
-ODD_HEIGHT, ODD_MASS = 0.09, 0.3  # of the odd member, [m] and [kg]: its size predicts 0.9 kg
+ODD_HEIGHT, ODD_MASS = 0.09, 0.3  # height, [m], and mass, [kg], of the odd object; its size predicts 0.9 kg
 SOURCE = "Cesanek and others 2021: SD of Linear+ and Linear++ pooled, by the published intervals"
 SPREADS = {
     "odd_first_N": PeopleSpread(1.95, f"{SOURCE}, first lift of one object"),
@@ -47,13 +47,13 @@ SPREADS = {
     "family_after_N": PeopleSpread(1.75, f"{SOURCE}, last 16 lifts of one object"),
 }
 MEANINGS = {
-    "odd_weight_N": "true weight of the odd one, N",
-    "odd_first_N": "first lift of the odd one, N",
-    "odd_last_N": "second to sixth lift of the odd one, N",
-    "family_before_N": "family before the odd one, N",
-    "family_after_N": "family after it, N",
-    "family_weight_N": "true weight of the family, N",
-    "spoilt": "share of its weight by which the family is lifted too lightly afterwards",
+    "odd_weight_N": "true weight of the odd object, N",
+    "odd_first_N": "force in the first lift of the odd object, N",
+    "odd_last_N": "mean force in the second to sixth lift of the odd object, N",
+    "family_before_N": "mean force for the family before the odd object, N",
+    "family_after_N": "mean force for the family after it, N",
+    "family_weight_N": "mean true weight of the family, N",
+    "spoilt": "share of its weight by which the force for the family is too low afterwards",
 }
 
 
@@ -67,10 +67,11 @@ def run(setup: Setup) -> Results:
         title="Does one odd member spoil a family?",
         summary=(
             f"{count_observers(setup.observers)} of each learner lifted four objects of one look ten times each, then"
-            " six times one that weighs a third of what it looks, then the four once more. Nobody has done it yet."
+            " six times an odd one that weighs a third of what its size predicts, then the four once more. Nobody has"
+            " done this experiment yet."
         ),
         finding=(
-            "After a light odd one, its family is lifted too lightly by a share of its weight of "
+            "After the light odd object, the force for its family is too low by this share of its weight: "
             f"{', '.join(shares)}."
         ),
         data=lifts,
@@ -78,13 +79,13 @@ def run(setup: Setup) -> Results:
         claims=judge(numbers["learners"]),
         figures={
             "odd": (
-                "Force before each lift of the odd one.",
+                "Force before each lift of the odd object.",
                 partial(
                     draw_forces, lifts, ["odd"], title="Six lifts of an odd object, a third as heavy as it looks"
                 ),
             ),
             "family": (
-                "Force before each lift of the family, over the true weight of its object.",
+                "Force before each lift of a family member, divided by its true weight.",
                 partial(
                     draw_forces,
                     lifts,
@@ -104,7 +105,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists the standard deviations between people; that of the share follows from that of the force."""
+    """Lists standard deviations between people; the share's is computed from the force's."""
     share = SPREADS["family_after_N"].sd / means["family_weight_N"]
     return {**SPREADS, "spoilt": PeopleSpread(share, "calculated from the others")}
 
@@ -118,12 +119,12 @@ def read(setup: Setup) -> list[Tool]:
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects."""
+    """Lets observers of each learner lift the objects; returns a row per lift."""
     return run_lifts("spoilt_family", setup, read(setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer."""
+    """Draws the trials of one observer: the family, six lifts of the odd object, the family once more."""
     return pd.concat(
         [
             repeat([*FAMILY], 10, rng, block="family"),
@@ -134,7 +135,7 @@ def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from the lifts in their order."""
+    """Computes the numbers of one observer, or of one person, from its lifts in order."""
     odd, family = lifts[lifts["object"] == "odd"], lifts[lifts["object"] != "odd"]
     after, weight = family["force"].tail(4).to_numpy().mean(), family["weight"].tail(4).to_numpy().mean()
     return pd.Series(
@@ -151,9 +152,9 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
-    """Judges what was expected."""
+    """Judges the prediction."""
     difference = n["density"]["spoilt"] - n["kinds_map"]["spoilt"]
     return [
-        claim("apart", "ours, a prediction", "The learners differ in how the family is lifted after the odd one.",
-              check("spoilt share, one density for each colour less kinds", difference, at_least=0.2)),
+        claim("apart", "ours, a prediction", "Learners differ in the force for the family after the odd object.",
+              check("share missing in the force, one density for each colour minus kinds", difference, at_least=0.2)),
     ]  # fmt: skip

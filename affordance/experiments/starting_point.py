@@ -1,4 +1,4 @@
-"""starting_point: is an odd member of a family lifted by what it weighs, or by what its family weighs?
+"""starting_point: is an odd member of a family lifted with the force for its own weight, or for its family's?
 
 Try it with ``affordance run FILE --repeats 4`` and ``affordance predict FILE``, then change what you like: objects,
 trials, numbers, claims, figures.
@@ -22,7 +22,7 @@ from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results
 from affordance.reporting.claims import check, claim
 
-NAME = "starting_point"  # of the folder of results
+NAME = "starting_point"  # name of the folder of results
 OBSERVERS, EVERY_LEARNER = 20, True  # observers of each learner, unless --repeats says another number
 FAMILY = {"short": 0.06, "middle": 0.09, "long": 0.12}  # heights, [m]
 TOOLS = [cylinder(name, radius=0.04, height=height, mass=10.0 * height) for name, height in FAMILY.items()]
@@ -30,19 +30,19 @@ TOOLS.append(cylinder("odd", radius=0.04, height=0.105, mass=1.8))  # [m], [kg];
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer, which may differ between observers: ``if observer % 2: ...``."""
+    """Draws the trials of one observer; they may depend on its number: ``if observer % 2: ...``."""
     family = repeat([*FAMILY], 10, rng, block="family")
     return pd.concat([family, repeat([*FAMILY, "odd"], 10, rng, block="odd member", first=["odd"])])
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or person, from its lifts in their order."""
+    """Computes the numbers of one observer, or of one person, from its lifts in order."""
     odd = lifts[lifts["object"] == "odd"]
     return pd.Series({"first_N": odd["force"].iloc[0], "last_N": odd["force"].tail(3).mean()})
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner do the trials; a row for each lift."""
+    """Lets observers of each learner do the trials; returns a row per lift."""
     return run_lifts(NAME, setup, TOOLS, design)
 
 
@@ -51,14 +51,14 @@ def run(setup: Setup) -> Results:
     lifts = collect(setup)
     numbers = summarise_lifts(lifts, measure, setup)
     first = {learner: found["first_N"] for learner, found in numbers["learners"].items()}
-    text = "At first each learner lifts the odd one by what its family weighs."
+    text = "In its first lift, the odd object is lifted with the force that its family predicts."
     bounds = [
         check(f"first lift, {learner} (N)", force, at_least=9.0, at_most=11.5) for learner, force in first.items()
     ]
     return Results(
         title="My experiment",
-        summary="Three objects of one look were lifted ten times each, then an odd one among them ten times.",
-        finding=f"The odd one, of 17.7 N, is first lifted with {first['density']:.1f} N.",
+        summary="Three objects of one look were lifted ten times each, then ten times more together with an odd one.",
+        finding=f"The odd object weighs 17.7 N, and is first lifted with {first['density']:.1f} N.",
         data=lifts,
         numbers=numbers,
         claims=[claim("first_lift", "ours", text, *bounds)],
@@ -70,4 +70,6 @@ def run(setup: Setup) -> Results:
 
 def predict(setup: Setup) -> ObserverNumbers:
     """Computes the numbers of each observer of every learner."""
-    return ObserverNumbers(measure_each(collect(setup), measure), {"first_N": "first lift of the odd one, N"})
+    return ObserverNumbers(
+        measure_each(collect(setup), measure), {"first_N": "force in the first lift of the odd object, N"}
+    )

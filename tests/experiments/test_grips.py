@@ -214,12 +214,12 @@ def test_numbers_of_made_up_choices_by_hand(measured):
 
 def test_words_and_rows_are_about_the_tools_that_there_are(measured):
     whole = caption_proportions(TOOLS, measured)
-    assert "Of the stick both ends look alike, so that chance is a half by symmetry; of the others" in whole
+    assert "Both ends of the stick look alike, so chance is one half by symmetry; for the others" in whole
     alone = {**measured, "tools": {"hammer": measured["tools"]["hammer"]}}
     caption = caption_proportions((HAMMER,), alone)
-    assert "Chance is what the shapes say." in caption
-    assert "With the hammer two rules" in caption
-    assert not any(wrong in caption for wrong in ("both ends", "the others"))
+    assert "Chance depends on the shapes." in caption
+    assert "For the hammer, two rules" in caption
+    assert not any(wrong in caption for wrong in ("both ends", "Both ends", "the others"))
     rows = tabulate_tools(measured)
     assert rows.index.tolist() == ["stick", "hammer"]
     assert rows["correct before"].str.contains("by symmetry").tolist() == [True, False]

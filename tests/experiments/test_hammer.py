@@ -75,7 +75,7 @@ def test_words_follow_the_numbers(shipped):
     assert (
         f"Of 100 choices by densities from the prior {100.0 * light:.1f} grip the less dense end." in shipped.remarks
     )
-    assert "They also choose about hammer." in shipped.summary
+    assert "They also chose a grip for: hammer." in shipped.summary
 
 
 @pytest.fixture

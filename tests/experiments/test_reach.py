@@ -94,9 +94,9 @@ def test_path_that_is_followed_badly_is_refused():
 
 
 def test_text_is_about_the_tools_that_there_are(shipped):
-    assert "chose which end of the stick to hold" in shipped.summary
-    assert "They also choose about hammer." in shipped.summary
-    assert "Of the stick both ends look alike" in shipped.captions["figure8"]
+    assert "chose the end of the stick by which to move" in shipped.summary
+    assert "They also chose a grip for: hammer." in shipped.summary
+    assert "Both ends of the stick look alike" in shipped.captions["figure8"]
     first, *_, last = shipped.numbers["p_correct"]
     assert f"in {first:.0%} of cases before anything was held" in shipped.finding
-    assert shipped.finding.endswith(f"and in {last:.0%} after 6.")
+    assert shipped.finding.endswith(f"and in {last:.0%} after 6 trials.")
