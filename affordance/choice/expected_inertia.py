@@ -82,13 +82,12 @@ def expect(
     rng = np.random.default_rng(_SEED)
     densities, surprises = recalled.densities, tuple[Surprise, ...]()
     weighings = tuple(each for each in tool.weighings if len(seen) == len(tool.components) or not each.parts)
+    geometry = measure_geometry(seen, range(len(seen)), len(seen))
     if weighings:
-        of_colours = measure_geometry(seen, recalled.columns, densities.size)
-        weighed = WeighedObject(seen, recalled.columns, of_colours, weighings)
+        weighed = WeighedObject(seen, recalled.columns, geometry, weighings)
         densities, surprises = condition_object(densities, tool.name, weighed, settings.prior)
     drawn = densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
     rho = drawn[:, list(recalled.columns)]  # (S, parts)
-    geometry = measure_geometry(seen, range(len(seen)), len(seen))
     if weighings:
         errors = draw_drawing_errors(weighed, rho, rng)
     else:

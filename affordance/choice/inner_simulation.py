@@ -14,7 +14,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Demand
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
-from affordance.choice.weighed import Surprise, WeighedObject, condition_on_weighings
+from affordance.choice.weighed import Surprise, WeighedObject, condition_on_weighings, draw_drawing_errors
 from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
@@ -133,14 +133,17 @@ class Choice:
         memory, columns = self._find_columns(memory)
         geometries = self._measure(columns, memory.belief.size)
         objects = {
-            name: WeighedObject(self._features[name], columns[name], geometries[name], self._weighings[name])
+            name: WeighedObject(self._features[name], columns[name], self._measure_parts(name), self._weighings[name])
             for name in self._features
         }
         joint, surprises = condition_on_weighings(memory.belief, objects, self.settings.prior)
         rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._features), -1)
         drawn = {}
         for i, (object_name, geometry) in enumerate(geometries.items()):
-            errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
+            if self._weighings[object_name]:
+                errors = draw_drawing_errors(objects[object_name], rho[:, i, columns[object_name]], rng)
+            else:
+                errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
             drawn[object_name] = geometry.compute_parameters(rho[:, i], errors)
         used = np.array([geometry.Phi.any(axis=0) for geometry in geometries.values()])
         return Draws(memory.colours, rho, used, self.grip(drawn), surprises)
@@ -190,6 +193,10 @@ class Choice:
                 memory, index = memory.recognise(part.colour, part.colour_sd, self.settings.prior, part.lightness_sd)
                 indices[object_name].append(index)
         return memory, indices
+
+    def _measure_parts(self, name: str) -> Geometry:
+        """Computes the geometry of an object with a column for each part."""
+        return measure_geometry(self._features[name], range(len(self._features[name])), len(self._features[name]))
 
     def _measure(self, columns: Mapping[str, list[int]], size: int) -> dict[str, Geometry]:
         """Computes the geometry of every object."""

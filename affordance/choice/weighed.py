@@ -11,7 +11,6 @@ from affordance.belief.likelihood import Likelihood
 from affordance.objects.inertia import Geometry
 from affordance.objects.weighing import Weighing
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.systems import measure_geometry
 
 # An object is odd if a weighing differs from the belief by more than this many standard deviations: it is not made of
 # its materials, or differs from its drawing. The same threshold defines outliers of lifts.
@@ -23,7 +22,7 @@ class WeighedObject(NamedTuple):
 
     parts: Sequence[ComponentFeatures]
     columns: Sequence[int]
-    geometry: Geometry  # one column per material
+    geometry: Geometry  # one column per part
     weighings: Sequence[Weighing]
 
 
@@ -41,7 +40,7 @@ def compute_likelihood(weighed: WeighedObject, expected: Array) -> Likelihood:
 
     The effect of size errors is evaluated at the expected densities.
     """
-    size = weighed.geometry.Phi.shape[1]
+    size = len(expected)
     volumes = np.array([_sum_volumes(weighed, each, size) for each in weighed.weighings]).reshape(-1, size)
     errors = compute_mass_errors(weighed, expected[list(weighed.columns)])  # (W, G)
     covariance = np.diag([each.sd**2 for each in weighed.weighings]) + errors @ errors.T
@@ -59,11 +58,10 @@ def compute_mass_errors(weighed: WeighedObject, rho: Array) -> Array:
 
     Returns: Derivatives, shape (..., W, G), [kg].
     """
-    parts = measure_geometry(weighed.parts, range(len(weighed.parts)), len(weighed.parts))
     is_weighed = np.array(
         [[not each.parts or k in each.parts for k in range(len(weighed.parts))] for each in weighed.weighings]
     ).reshape(-1, len(weighed.parts))
-    slopes: Array = np.einsum("wk,gk,...k->...wg", is_weighed, parts.Phi_errors[:, 0], rho)
+    slopes: Array = np.einsum("wk,gk,...k->...wg", is_weighed, weighed.geometry.Phi_errors[:, 0], rho)
     return slopes
 
 

@@ -32,7 +32,7 @@ def learn_weighings(
             columns.append(column)
         chosen = list(dict.fromkeys(columns))
         own_columns = [chosen.index(column) for column in columns]
-        geometry = measure_geometry(option.features, own_columns, len(chosen))
+        geometry = measure_geometry(option.features, range(len(columns)), len(columns))
         weighed = WeighedObject(option.features, own_columns, geometry, option.weighings)
         before = memory.belief.select(chosen).add_object_variation(prior.deviation)
         own = compute_likelihood(weighed, np.maximum(before.untruncated_mean, 0.0))

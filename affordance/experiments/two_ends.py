@@ -8,10 +8,9 @@ that learners differ in. Answers in a filled data sheet are read by ``read_choic
 
     affordance run two_ends
 
-The trial table is frozen: its SHA-256 stands here, and any change of it is an error.
+The trial table is made in ``two_ends_design.py`` and frozen: any change of its SHA-256 is an error.
 """
 
-import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -34,6 +33,16 @@ from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results
 from affordance.experiments.table_lifts import TableExperiment, check_can_be_presented
 from affordance.experiments.trials import TrialTable, check_trials
+from affordance.experiments.two_ends_design import (
+    ASKED,
+    COLOURS,
+    FROZEN,
+    PARTICIPANTS,
+    TASKS,
+    build_data_sheet,
+    build_trials,
+    hash_trials,
+)
 from affordance.files.atomic import write_text
 from affordance.objects.colour import parse_colour
 from affordance.objects.load import load_tools
@@ -47,59 +56,7 @@ from affordance.reporting.statistics import estimate_proportion
 OBSERVERS = 48  # participants; fewer are the first ones, more do the same trials again
 EVERY_LEARNER = True
 NO_MEMORY = "in which participants know neither material"
-PARTICIPANTS = 48  # each of the eight orders six times
-COLOURS = {"blue": "#3f7fbf", "orange": "#c06a30"}  # either can be that of the dense material
-ASKED = (0, 1, 2, 6)  # numbers of lifts after which both ends are chosen
-TASKS = ("reach", "hammer")
-SEED = 20261127  # of the trial table alone
-FROZEN = "af41ac041244c904c8506824be9db914c16e57dfe44a3e0b93c849ee0dcc8106"  # SHA-256 of the trial table as CSV
-# Columns of the data sheet that the experimenter fills in.
-FILLED_IN = ("chosen_end", "push_N", "response_time", "remark")  # seconds, as BIDS has it
-INSTRUCTIONS = {
-    "": "Lift the object as in practice, and put it down.",
-    "reach": "Point to the end, left or right, by which you would take the stick to reach along the path with it.",
-    "hammer": "Point to the end, left or right, by which you would take the stick to hit the nail with it.",
-}
 ALPHA, POWER = 0.05, 0.8  # one-sided
-
-
-def build_trials() -> pd.DataFrame:
-    """Builds the trial table of all participants: colours, first object, first task and sides are balanced."""
-    rng, tables = np.random.default_rng(SEED), []
-    places = np.concatenate([rng.permutation(8) for _ in range(PARTICIPANTS // 8)])
-    for participant, place in enumerate(places, start=1):
-        dense, first, task = (
-            list(each)[(place >> bit) % 2] for bit, each in enumerate((COLOURS, ("far", "near"), TASKS))
-        )
-        second = "near" if first == "far" else "far"
-        rows: list[tuple[str, str, str, str]] = []
-        for lifts in range(ASKED[-1] + 1):
-            if lifts in ASKED:
-                for number in range(2):
-                    asked = TASKS[(TASKS.index(task) + number) % 2]
-                    side = ("left", "right")[int(rng.integers(2))]
-                    rows.append((f"after {lifts}", f"stick, {dense} dense", asked, side))
-            if lifts < ASKED[-1]:
-                rows.append(("lifts", f"{(first, second)[lifts % 2]}, {dense} dense", "", ""))
-        table = pd.DataFrame(rows, columns=["phase", "object", "task", "dense_end_is"])
-        table.insert(0, "participant", f"P{participant:02d}")
-        table.insert(1, "group", f"{dense} dense")
-        table.insert(4, "do", np.where(table["task"] == "", "lift", "choose"))
-        tables.append(table)
-    return pd.concat(tables, ignore_index=True)
-
-
-def hash_trials(table: pd.DataFrame) -> str:
-    """Computes the SHA-256 of a trial table, as CSV with lines that end in a line feed."""
-    return hashlib.sha256(table.to_csv(index=False, lineterminator="\n").encode()).hexdigest()
-
-
-def build_data_sheet() -> pd.DataFrame:
-    """Builds the data sheet: the trials, numbered, with an instruction and empty columns to be filled in."""
-    table = build_trials()
-    table.insert(1, "trial", table.groupby("participant").cumcount() + 1)
-    table["instruction"] = table["task"].map(INSTRUCTIONS)
-    return table.assign(**dict.fromkeys(FILLED_IN, ""))
 
 
 def make_objects(models: Path) -> list[Tool]:

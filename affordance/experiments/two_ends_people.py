@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from affordance.experiments.trial_cells import Cells
-from affordance.experiments.two_ends import build_data_sheet
+from affordance.experiments.two_ends_design import build_data_sheet
 from affordance.reporting.lift_means import PEOPLE
 
 _SIDES = ("left", "right")

@@ -65,7 +65,7 @@ def test_objects_differ_in_the_colour_of_the_dense_material_alone():
 
 def test_data_sheet_is_the_table_with_empty_columns():
     sheet = two_ends.build_data_sheet()
-    assert (sheet[[*two_ends.FILLED_IN]] == "").all(axis=None)
+    assert (sheet[[*two_ends_design.FILLED_IN]] == "").all(axis=None)
     pd.testing.assert_frame_equal(sheet[[*TABLE]], TABLE)
     assert sheet.groupby("participant")["trial"].max().tolist() == [14] * 48
 

@@ -3,13 +3,13 @@
 import pytest
 from helpers.refusals import refuse
 
-from affordance.experiments import two_ends
+from affordance.experiments import two_ends_design
 from affordance.experiments.two_ends_people import read_choices
 
 
 def fill():
     """A sheet whose participants always point to the dense end, as text."""
-    sheet = two_ends.build_data_sheet().astype(str)
+    sheet = two_ends_design.build_data_sheet().astype(str)
     sheet["chosen_end"] = sheet["dense_end_is"]
     return sheet
 
@@ -66,7 +66,7 @@ def test_a_lift_has_no_answer_and_an_empty_sheet_none(tmp_path):
     sheet = fill()
     sheet.loc[2, "chosen_end"] = "left"
     assert "row 4, chosen_end: is 'left', must be empty" in refuse(read_choices, write(sheet, tmp_path))
-    empty = write(two_ends.build_data_sheet(), tmp_path)
+    empty = write(two_ends_design.build_data_sheet(), tmp_path)
     assert "chosen_end: is empty in all rows" in refuse(read_choices, empty)
     missing = write(fill().drop(columns="chosen_end"), tmp_path)
     assert "chosen_end: is missing" in refuse(read_choices, missing)
