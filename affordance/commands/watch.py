@@ -40,7 +40,7 @@ _WATCHABLE = tuple(name for name in NAMES if name != "vision")
 # A decoy looks like the object before it, and has this share of its density.
 _DECOY = 0.1
 _PAUSE = 1.0  # between presentations, [s]
-# Notes beside the scene.
+# Notes next to the scene.
 _PULLED = "You pulled: this hold is not remembered."
 _OVER = "The hold is over: choose what comes next. Until then you can pull; nothing more is learned."
 _DONE = "The task is over: choose what comes next."
@@ -153,7 +153,7 @@ class _Show:
     def _advance(self, trial: TrialDiagram, simulator: Simulator, end: float, note: str | None = None) -> None:
         """Advances a hold to a time, or a wish; where a visitor begins or ends to pull, the belief begins anew.
 
-        A pull is then noted beside the scene, if there is a note for it.
+        A pull is then noted next to the scene, if there is a note for it.
         """
         reached = SimulatorStatus.ReturnReason.kReachedBoundaryTime
         while simulator.AdvanceTo(end).reason() != reached and not self.scene.is_wanted:

@@ -1,4 +1,4 @@
-"""What a visitor of ``affordance watch`` reads beside the scene: texts, and charts of beliefs."""
+"""Texts and charts of beliefs that ``affordance watch`` shows next to the scene."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

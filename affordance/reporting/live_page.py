@@ -1,4 +1,4 @@
-"""Page of ``affordance watch``: Meshcat's scene with a panel beside it, served to browsers of this machine."""
+"""Page of ``affordance watch``: Meshcat's scene with a panel next to it, served to browsers of this machine."""
 
 import json
 import threading

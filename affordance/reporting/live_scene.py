@@ -1,4 +1,4 @@
-"""Live scene of ``affordance watch``: the arm in Drake's Meshcat, and beside it what was expected and is felt."""
+"""Live scene of ``affordance watch``: the arm in Drake's Meshcat, with what was expected and what is felt next to it."""
 
 import time
 from collections.abc import Iterable, Mapping
@@ -185,7 +185,7 @@ class LiveScene:
         self.tell({}, memory, note="")
 
     def tell(self, rows: Mapping[str, str], memory: MaterialMemory | None = None, note: str | None = None) -> None:
-        """Shows lines of text, by their heading, beside the scene, and what a memory believes about materials."""
+        """Shows lines of text, by heading, next to the scene, and what a memory believes about materials."""
         self._rows |= rows
         if memory is not None:
             self._state["legend"] = facts.describe_memory(memory, self._names)
@@ -227,7 +227,7 @@ class LiveScene:
         return {wish: self.meshcat.GetButtonClicks(wish.value) for wish in Wish if wish.value}
 
 
-# Headings of the lines beside the scene, in their order.
+# Headings of the lines next to the scene, in their order.
 _ROWS = ("True mass", "Expected", "After feeling", "Moved", "Surprise", "Grip")
 
 

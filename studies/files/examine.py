@@ -81,7 +81,8 @@ def examine(path: Path, shown: str) -> Examined:
 
 def _follow(message: str, options: ImportOptions) -> ImportOptions:
     """Returns the options with those that a message names."""
-    if "--tip: is missing" in message and (ends := re.findall(r"(?:limbs end in|,) ([^,(]+?) \(\d+ joints", message)):
+    listed = message.partition("limbs end in")[2]
+    if "--tip: is missing" in message and (ends := re.findall(r"([^\s,(]+) \(\d+ joints", listed)):
         hands = [name for name in ends if "finger" not in name] or ends
         right = [name for name in hands if re.search("right|(^|_|/)r_", name, re.IGNORECASE)]
         options = replace(options, tip=(right or hands)[0])

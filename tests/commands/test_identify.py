@@ -183,7 +183,7 @@ def test_lines_and_claims_are_left_out_where_the_flange_is_not_known(folder, tmp
     old += ["--reference-mass", 2.0 * PAYLOAD[0], "--samples", 500]
     for words, reason in (
         (old, "six does not contain the name of the tip in the robot's file: import it again, or use --flange"),
-        (["--demo"], "controllers do not know hand_grip, our frame of the hand (name one"),
+        (["--demo"], "controllers do not know hand_grip, our hand frame (name one"),
     ):
         text = answer("identify", *words).out
         assert "For the robot: no lines, because " in text
@@ -394,7 +394,7 @@ def test_libraries_that_take_long_to_import_are_left_out(children):
         ("--robot nowhere", "--robot: is given 2 times, must be given once"),
         ("--samples 5", "--samples: is 5, must be from 100 to 100000"),
         ("--min-speed -1", "--min-speed: is -1.0, must be from 0 to 10 rad/s"),
-        ("--tip hand_grp", "--tip: is 'hand_grp', which arm.dmd.yaml has not; nearest: hand_grip"),
+        ("--tip hand_grp", "--tip: is 'hand_grp', which is not in arm.dmd.yaml; nearest: hand_grip"),
         ("--gains nowhere.yaml", "nowhere.yaml: cannot be read"),
         ("--object nowhere.yaml", "nowhere.yaml: cannot be read"),
         ("--object-name brush --object novel.yaml", "--object-name: is 'brush', must be"),

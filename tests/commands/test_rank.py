@@ -157,7 +157,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path, know
     assert PAST in said
     assert "knows nothing" not in said
     assert answer("next", *ONE[1:], *known).lines[1] == PAST
-    monkeypatch.setattr(run, "run_suite", lambda *_, **__: (tmp_path, {}))
+    monkeypatch.setattr(run, "run_suite", lambda *_, **__: (tmp_path, {}, {}))
     assert answer("run", "weight", *known).lines[0] == PAST
     monkeypatch.setattr(watch, "_Show", lambda name, setup: SimpleNamespace(scene=_Scene, run=lambda: None))
     roots = []

@@ -11,7 +11,7 @@ from helpers.refusals import refuse
 from affordance.belief.learners import DENSITY, OWN_MEMORY
 from affordance.choice.ranking import rank_options
 from affordance.exceptions import AffordanceError
-from affordance.experiments import table_lifts, two_ends
+from affordance.experiments import table_lifts, two_ends, two_ends_design
 from affordance.experiments.observers import Setup
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings
@@ -20,15 +20,15 @@ from affordance.settings import DEFAULT_SETTINGS
 
 NUMB = change_settings(DEFAULT_SETTINGS, {"noise.threshold": 50.0}).noise
 
-TABLE = two_ends.build_trials()
+TABLE = two_ends_design.build_trials()
 
 
 def test_trial_table_is_the_frozen_one(monkeypatch):
-    assert two_ends.hash_trials(TABLE) == two_ends.FROZEN
-    assert two_ends.hash_trials(TABLE.assign(do="look")) != two_ends.FROZEN
-    monkeypatch.setattr(two_ends, "SEED", 1)
+    assert two_ends_design.hash_trials(TABLE) == two_ends_design.FROZEN
+    assert two_ends_design.hash_trials(TABLE.assign(do="look")) != two_ends_design.FROZEN
+    monkeypatch.setattr(two_ends_design, "SEED", 1)
     said = refuse(two_ends.read, Setup(), error=AffordanceError)
-    assert said.endswith(f"must have {two_ends.FROZEN}, which is frozen")
+    assert said.endswith(f"must have {two_ends_design.FROZEN}, which is frozen")
 
 
 def test_participants_are_balanced():
@@ -64,7 +64,7 @@ def test_objects_differ_in_the_colour_of_the_dense_material_alone():
 
 
 def test_data_sheet_is_the_table_with_empty_columns():
-    sheet = two_ends.build_data_sheet()
+    sheet = two_ends_design.build_data_sheet()
     assert (sheet[[*two_ends_design.FILLED_IN]] == "").all(axis=None)
     pd.testing.assert_frame_equal(sheet[[*TABLE]], TABLE)
     assert sheet.groupby("participant")["trial"].max().tolist() == [14] * 48
@@ -150,8 +150,8 @@ def test_results_have_the_table_to_register_and_the_sheet_to_fill_in(tmp_path, m
         (learner, observer, lifts, task, learner == "a" or (observer + lifts) % 2 == 0)
         for learner in ("a", "b")
         for observer in range(48)
-        for lifts in two_ends.ASKED
-        for task in two_ends.TASKS
+        for lifts in two_ends_design.ASKED
+        for task in two_ends_design.TASKS
     ]
     choices = pd.DataFrame(rows, columns=["learner", "observer", "lifts", "task", "right"])
     monkeypatch.setattr(two_ends, "collect", lambda setup: choices)
@@ -159,7 +159,7 @@ def test_results_have_the_table_to_register_and_the_sheet_to_fill_in(tmp_path, m
     for write in results.files.values():
         write(tmp_path)
     text = (tmp_path / "trials.csv").read_bytes()
-    assert hashlib.sha256(text).hexdigest() == two_ends.FROZEN == results.numbers["sha256"]
+    assert hashlib.sha256(text).hexdigest() == two_ends_design.FROZEN == results.numbers["sha256"]
     assert (tmp_path / "data_sheet.csv").read_text().startswith("participant,trial,group,phase,object,do,task,")
     assert results.numbers["shares"]["a"]["reach"]["6"][0] == 1.0
     assert results.numbers["contrasts"][0]["people"] <= 7
@@ -174,7 +174,7 @@ def test_shares_of_all_and_of_nobody_are_drawn():
         ("a", observer, lifts, task, lifts > 0)
         for observer in range(48)
         for lifts in (0, 1)
-        for task in two_ends.TASKS
+        for task in two_ends_design.TASKS
     ]
     shares = two_ends.measure(pd.DataFrame(rows, columns=["learner", "observer", "lifts", "task", "right"]))
     assert two_ends.draw(shares).axes[0].get_title() == "right end to reach"

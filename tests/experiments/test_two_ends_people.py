@@ -3,7 +3,7 @@
 import pytest
 from helpers.refusals import refuse
 
-from affordance.experiments import two_ends_design
+from affordance.experiments import two_ends, two_ends_design
 from affordance.experiments.two_ends_people import read_choices
 
 

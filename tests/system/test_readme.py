@@ -69,7 +69,7 @@ def test_example_of_ranking_runs(capsys):
 @pytest.mark.usefixtures("unrendered")
 def test_own_objects_make_an_experiment(tmp_path, models):
     (models / "tools" / "weight.yaml").write_text(find_blocks("yaml", OBJECTS_PAGE)[0], encoding="utf-8")
-    report, _ = run_suite("weight", Setup(observers=1, models=models, out=tmp_path / "results"))
+    report, *_ = run_suite("weight", Setup(observers=1, models=models, out=tmp_path / "results"))
     assert "dumb-bell" in report.read_text(encoding="utf-8")
     assert (tmp_path / "results" / "weight" / "metrics.json").exists()
 
