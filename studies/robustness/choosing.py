@@ -143,7 +143,7 @@ def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, 
 
 
 def decide_before_experience(choice: Choice, experience: Experience, seed: int, correct: int) -> float:
-    """Returns 1 if the correct option has the least expected cost before experience, 0 if another has, 0.5 in a tie."""
+    """Returns 1 if the correct option is expected to cost least before experience, 0 if not, 0.5 in a tie."""
     rng = np.random.default_rng([seed, Stream.BAYES])
     costs = choice.compute_costs(choice.draw_parameters(experience[0][0], rng, NUM_PRIOR_CHOICES))
     usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY

@@ -86,7 +86,7 @@ def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
 
 
 def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.intp]:
-    """Returns levels of assumptions, (N, D), the choice or the fifth of the range, for positions in ranges, (N, D)."""
+    """Returns levels of assumptions, (N, D), choices or fifths of ranges, for positions in ranges, (N, D)."""
     columns = []
     for assumption, column in zip(assumptions, places.T, strict=True):
         if assumption.choices:
@@ -110,7 +110,7 @@ def _show_end(end: float | str) -> str:
 
 
 def share_by_level(outcomes: Array, level: NDArray[np.intp], names: Sequence[str]) -> dict[str, float | None]:
-    """Computes the share of settings in which a claim holds at each level of one assumption; None without settings."""
+    """Computes the share of settings in which a claim holds at each level of an assumption; None without any."""
     shares: dict[str, float | None] = {}
     for index, name in enumerate(names):
         chosen = outcomes[(level == index) & np.isfinite(outcomes)]
