@@ -1,4 +1,4 @@
-"""Harness of studies: their commands check, keep, write and print in one place.
+"""Shared part of all studies' commands: checks options, stores results, writes files and prints.
 
 A study is a folder with a module ``command.py`` that defines ``STUDY``.
 """
@@ -36,11 +36,11 @@ class Findings(NamedTuple):
     """Findings of a study.
 
     Attributes:
-        numbers: Content of metrics.json. Versions, commit and date of the run are added to it; ``versions`` may name
+        numbers: Content of metrics.json. Versions, commit and date of the run are added; ``versions`` may contain
             those of further libraries.
-        section: Section of the report; None for a study that writes numbers alone.
-        figures: Functions that draw figures, by name of the file without suffix.
-        details: Content of details.json, further numbers that explain; None for no file.
+        section: Section of the report; None for a study that writes numbers only.
+        figures: Functions that draw figures, by file name without suffix.
+        details: Content of details.json, numbers that explain the others; None for no file.
         writers: Functions that write further files into the study's folder.
     """
 
@@ -51,50 +51,52 @@ class Findings(NamedTuple):
     writers: tuple[Callable[[Path], None], ...] = ()
 
 
-# Function that runs a study in its folder, and yields findings, each of which replaces those before.
+# Function that runs a study in its folder and yields findings; each yield replaces the previous one.
 type Work = Callable[[Path], Iterable[Findings]]
 
 
 class Task(NamedTuple):
-    """Task of which the harness writes no findings, such as a table that an option asks for."""
+    """Task without findings, such as a table that an option asks for."""
 
-    run: Callable[[], int]  # function that does the task, prints what it finds, and returns the exit status
+    run: Callable[[], int]  # function that does the task, prints the result, and returns the exit status
 
 
 @dataclass(frozen=True)
 class Study:
-    """Study, which is a command."""
+    """Study with its command."""
 
-    HELP: str  # line of help, as of all commands
+    HELP: str  # one line of help, as for every command
     add_arguments: Callable[[argparse.ArgumentParser], None]  # function that adds the options to a parser
-    # Function that checks the arguments and reads all files, and returns what is to be run; nothing is written
-    # before it returns.
+    # Function that checks the arguments, reads all files, and returns the work to be done. Nothing is written before
+    # it returns.
     plan: Callable[[argparse.Namespace], Work | Task]
-    # Folder of the results in that of ``--out``, empty for that folder itself; None for the study's name.
+    # Folder of the results inside ``--out``; empty for ``--out`` itself, None for the study's name.
     folder: str | None = None
-    # Reasons by settings, or groups of settings, that the study does not use.
+    # Settings, or groups of settings, that the study does not use, each with the reason.
     refused: Mapping[tuple[str, ...], str] = field(default_factory=dict)
-    on_one_thread: bool = False  # true if the study's process is to have one thread, as processes of repeats have
+    on_one_thread: bool = False  # True if the process runs on one thread, like the processes of repeats
 
     def check(self, arguments: argparse.Namespace) -> None:
-        """Checks the options that studies share.
+        """Checks the options that all studies share.
 
-        One that is out of bounds, or changes a setting that the study does not use, raises a BadValueError.
+        Raises:
+            BadValueError: An option is out of bounds, or changes a setting that the study does not use.
         """
         check_bounds(arguments)
         for names, why in self.refused.items():
             refuse_changes(arguments, names, why)
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the study, writes its findings and prints the path; returns the exit status.
+        """Runs the study, writes its findings and prints their path; returns the exit status.
 
-        An argument or a file that is invalid raises an AffordanceError.
+        Raises:
+            AffordanceError: An argument or a file is invalid.
         """
-        if self.on_one_thread and "OMP_NUM_THREADS" not in os.environ:  # it must be set before NumPy is loaded
+        if self.on_one_thread and "OMP_NUM_THREADS" not in os.environ:  # has an effect only before NumPy is loaded
             os.environ["OMP_NUM_THREADS"] = "1"
             os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
         self.check(arguments)
-        find_commit()  # kept: of what runs, not of what may lie there when it ends
+        find_commit()  # cached now, so that it is the commit that runs, not one checked out meanwhile
         work = self.plan(arguments)
         if isinstance(work, Task):
             return work.run()
@@ -118,7 +120,7 @@ def add_only(parser: argparse.ArgumentParser, names: Iterable[str], what: str) -
 
 
 def import_part(module: str, extra: str = "dev") -> Any:
-    """Imports a module that needs libraries of an extra; raises an UnavailableError without them."""
+    """Imports a module that needs an optional dependency; raises an UnavailableError without it."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
@@ -128,7 +130,8 @@ def import_part(module: str, extra: str = "dev") -> Any:
 def read_settings(arguments: argparse.Namespace) -> Settings:
     """Returns the settings of ``--set``, with the arm of ``--models``.
 
-    A setting that is unknown, or a value of the wrong kind or out of bounds, raises a BadValueError.
+    Raises:
+        BadValueError: A setting is unknown, or its value has the wrong type or is out of bounds.
     """
     return change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
 
@@ -143,12 +146,22 @@ def run_kept[C](
     jobs: int,
     description: str,
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats of a configuration, a dataclass, that the study's folder lacks, in processes.
+    """Runs, in several processes, the repeats of a configuration that the study's folder does not contain yet.
 
-    The function must be picklable; sources of all studies count, as one may use another's, and so do the files that
-    are read, or a folder of models.
+    A stored repeat is valid as long as its configuration, the models, and the sources of all studies are unchanged
+    (one study may use another's sources).
 
-    Returns: Arrays, stacked over repeats along the first axis.
+    Args:
+        config: Configuration, a dataclass.
+        run_repeat: Picklable function of the configuration and the number of a repeat, which returns arrays by name.
+        folder: Folder of the study.
+        models: Folder of models, or the files that are read.
+        repeats: Number of repeats.
+        jobs: Number of processes.
+        description: Label of the progress bar.
+
+    Returns:
+        Arrays, stacked over repeats along the first axis.
     """
     key = compute_key(config, models, Path(__file__).parent)
     run = partial(run_repeat, config)
@@ -156,23 +169,23 @@ def run_kept[C](
 
 
 def read_kept(path: Path, keys: Iterable[str]) -> dict[str, Any] | None:
-    """Reads a mapping of some keys that a study kept; None if there is none. A damaged file is quarantined."""
+    """Reads a stored mapping with the given keys; returns None if there is none. Quarantines a damaged file."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(content, dict):
-            raise ValueError("it is no mapping")
+            raise ValueError("it is not a mapping")
         if missing := [key for key in keys if key not in content]:
             raise ValueError(f"it has no {missing[0]}")
     except FileNotFoundError:
         return None
     except (ValueError, RecursionError) as error:
-        quarantine(path, f"is not what a study found ({error})")
+        quarantine(path, f"is not a result of a study ({error})")
         return None
     return content
 
 
 def keep_result(path: Path, key: str, compute: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
-    """Returns the result that a file keeps under a key; computes it, and keeps it, if there is none."""
+    """Returns the result stored in a file under a key; computes and stores it if it is missing."""
     kept = read_kept(path, ["key"])
     if kept is None or kept["key"] != key:
         kept = {"key": key, **compute()}
@@ -181,9 +194,10 @@ def keep_result(path: Path, key: str, compute: Callable[[], Mapping[str, Any]]) 
 
 
 def write_findings(findings: Findings, folder: Path) -> Path:
-    """Writes the findings of a study; if they have a section, also the report of all in the folder of results.
+    """Writes the findings of a study and, if they have a section, the common report of all studies.
 
-    Returns: Path of the report, or of metrics.json.
+    Returns:
+        Path of the report, or of metrics.json if there is no section.
     """
     for name, draw in findings.figures.items():
         save_figure(draw(), folder, name)
@@ -201,7 +215,7 @@ def write_findings(findings: Findings, folder: Path) -> Path:
 
 
 def print_section(section: Section) -> None:
-    """Prints the claims of a study, each with what was found, and its prose."""
+    """Prints the claims of a study with their results, and its text."""
     for claim in section.claims:
         found = "; ".join(f"{each.name} {each.value}, {each.bound}" for each in claim.criteria)
         print(f"{'met    ' if claim.met else 'not met'} {claim.text} {found}")
@@ -210,12 +224,12 @@ def print_section(section: Section) -> None:
 
 
 def format_row(row: Sequence[str]) -> str:
-    """Lays out one row of text in Markdown."""
+    """Formats one row of texts as a Markdown table row."""
     return "| " + " | ".join(row) + " |"
 
 
 def format_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Lays out rows of text as a Markdown table."""
+    """Formats rows of texts as a Markdown table."""
     return "\n".join(format_row(row) for row in (header, ["---"] * len(header), *rows))
 
 

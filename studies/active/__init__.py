@@ -1,1 +1,1 @@
-"""Study of active choice: how many holds it takes until tools are chosen rightly, by what picks them."""
+"""Study of active choice: how many holds each rule needs until the choice of tools is right."""

@@ -1,4 +1,4 @@
-"""Worth of a hold by regression against nested brute force, in which the learner learns from each outcome."""
+"""Worth of a hold by regression, compared with nested brute force in which the learner updates on each outcome."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,26 +18,27 @@ from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import predict_object
 from studies.active import world as worlds
 
-# Outcomes; draws of the belief after each for hammering, and how many times as many for other tasks, whose near ties
-# need more and whose costs take a tenth of the time; draws of the belief before; and samples of the regression.
+# Numbers of outcomes; of draws of the belief after each for hammering, and the factor for other tasks, whose near
+# ties need more draws and whose costs are ten times faster; of draws of the belief before; and of samples of the
+# regression.
 OUTCOMES, DRAWS, _OTHERS, _BEFORE, _SAMPLES = 300, 400, 5, 10_000, 4000
-# Regressions by other samples, whose standard deviation is the error of one: theirs are spread evenly, so that the
-# deviation within a regression says too much.
+# Number of regressions with other samples; the SD of their results is the error of one. Samples are spread evenly, so
+# the deviation within one regression would overstate its error.
 _SEEDS = 16
-# Draws after each outcome of which a half picks an option and the other half prices it.
+# Draws after each outcome: half of them pick an option and the other half price it.
 _HALVES = 2
-# Draws of an object's density in each part of the belief, of which one is an outcome.
+# Draws of an object's density in each part of the belief; one of them is an outcome.
 _PER_PART = 20
-# Relative error and number of standard errors within which both count as equal, and a worth that is none, [J].
+# Relative error and number of standard errors within which both worths count as equal, and a negligible worth, [J].
 _SHARE, _Z, _LEAST = 0.15, 2.0, 1e-12
 
 
 class Case(NamedTuple):
-    """Belief, decision and object to hold."""
+    """Belief, decision and the object that may be held."""
 
-    held: tuple[str, ...]  # names of what was held before
+    held: tuple[str, ...]  # names of the objects held before
     task: str  # name of the task
-    tools: tuple[str, ...]  # names of the tools to choose from; all of the task if empty
+    tools: tuple[str, ...]  # names of the tools to choose from; empty for all tools of the task
     candidate: str  # name of the object
 
 
@@ -77,11 +78,11 @@ class WorthConfig:
     """Configuration of the comparison."""
 
     outcomes: int = OUTCOMES  # number of outcomes
-    draws: int = DRAWS  # number of draws after each of hammering; of other tasks five times as many
+    draws: int = DRAWS  # number of draws after each outcome for hammering; five times as many for other tasks
 
 
 def describe_worths(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Describes the comparisons: the share within 15 % or two standard errors, and the worst that is irrelevant."""
+    """Summarises comparisons: share within 15 % or two standard errors, and largest worth of irrelevant objects."""
     error = np.abs(found["regression"] - found["brute_force"])
     share = error / np.maximum(found["brute_force"], _LEAST)
     z = error / np.maximum(np.hypot(found["regression_se"], found["brute_force_se"]), _LEAST)
@@ -113,14 +114,16 @@ def describe_worths(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 def price_by_brute_force(
     workshop: worlds.Workshop, memory: MaterialMemory, name: str, outcomes: int, draws: int, seed: int
 ) -> tuple[float, float]:
-    """Prices a hold by brute force: outcomes are drawn, the learner learns, and all options are priced anew.
+    """Computes the worth of a hold by brute force.
 
-    The object's true density is drawn once from each of as many equal parts of what is believed of it: few outcomes
-    in the tail may make most of a worth. Half of the draws after an outcome pick the option and the others price
-    it, each by turns, so that noise does not count as worth. Infeasible draws are charged
-    as they are before the hold.
+    Outcomes are drawn, the learner updates on each, and all options are priced again. The belief about the object's
+    density is split into as many equally probable parts as there are outcomes, and one true density is drawn from
+    each, because few outcomes in the tail may account for most of a worth. Half of the draws after an outcome pick
+    the option and the other half price it, then the halves change roles, so that noise does not count as worth.
+    Infeasible draws cost the same as before the hold.
 
-    Returns: Worth for the workshop's one question and its standard error, by differences between neighbours, [J].
+    Returns:
+        Worth for the workshop's only question, and its standard error from differences between neighbours, [J].
     """
     rng = np.random.default_rng([seed, 0])
     _, (before,) = worlds.decide(workshop, memory, _BEFORE, rng)
@@ -138,7 +141,7 @@ def price_by_brute_force(
 def _draw_outcomes(
     workshop: worlds.Workshop, memory: MaterialMemory, name: str, outcomes: int, rng: np.random.Generator
 ) -> list[dict[Colour, float]]:
-    """Draws the density of an object of one material, in increasing order, one from each part of the belief."""
+    """Draws densities of an object of one material, in increasing order, one from each part of the belief."""
     parts = measure_drawing(workshop.candidates[name])
     (colour,) = {part.colour for part in parts}
     column = memory.recall([part.appearance for part in parts], workshop.settings.prior).columns[0]
@@ -152,10 +155,11 @@ def _fall(picking: Array, pricing: Array, now: int) -> float:
 
 
 def compare_worth(config: WorthConfig, number: int) -> dict[str, NDArray[Any]]:
-    """Compares both worths in the case of a number.
+    """Computes both worths for one case, given by its number.
 
-    Returns: ``relevant``, 1 if a tool is of the candidate's material; ``feasible``, the share of samples with which
-        the option that most often fails is feasible; and both worths with their standard errors, [J].
+    Returns:
+        ``relevant``, 1 if a tool contains the candidate's material; ``feasible``, the share of samples in which the
+        option that fails most often is feasible; and both worths with their standard errors, [J].
     """
     case = CASES[number]
     whole = worlds.build_workshop((case.task,))

@@ -33,14 +33,14 @@ from studies.excite.study import check_recordings, measure_motions
 from studies.study import Findings, Study, Work, run_kept
 
 _COUNT = Whole(1, 100_000)
-# Blocks of a hundred observers who hold one object again and again.
+# Blocks of a hundred observers who hold one object repeatedly.
 _BLOCKS = 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("--data", type=Path, metavar="DIR", help="recordings, as of study recorded, for how to move (default: none)")
+    add("--data", type=Path, metavar="DIR", help="recordings, as for study recorded, for how to move (default: none)")
     add("--pools", type=int, default=100, metavar="N", help="pools of recorded postures (default 100)")
     add("--designs", type=int, default=1, metavar="N", help="designs of each motion (default 1)")
     add_repeats(parser, 200, "simulated observers of each rule in the workshop")
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Checks the recordings, and returns what is to be run."""
+    """Checks the recordings, and returns the work to be done."""
     for name in ("pools", "designs", "paper"):
         check_whole(f"--{name}", getattr(arguments, name), _COUNT)
     if arguments.data is not None:

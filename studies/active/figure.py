@@ -10,7 +10,7 @@ from affordance.reporting.figures import LINE_STYLES, MARKERS, OBJECT_COLOURS, t
 
 
 def draw_rules(worlds: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> Figure:
-    """Draws right choices with 95 % intervals, and regret, against the number of holds, by rule, a row a world."""
+    """Plots right choices with 95 % intervals, and regret, against the number of holds; one row for each world."""
     figure = Figure(figsize=(11.0, 4.2 * len(worlds)), layout="constrained")
     rows = figure.subplots(len(worlds), 2, squeeze=False)
     for (right, regret), (world, rules) in zip(rows, worlds.items(), strict=True):

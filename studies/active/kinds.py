@@ -1,4 +1,4 @@
-"""Information that is promised of holds by a learner with kinds, against what the learner gains from them."""
+"""Predicted information of holds for a learner with kinds, compared with the information that it then gains."""
 
 from dataclasses import replace
 from typing import Any
@@ -16,10 +16,11 @@ _DECOY, _ROD, _NEW = "rod of oak that looks like cast steel", "rod of cast steel
 
 
 def compare_information(holds: int = _HOLDS) -> dict[str, Any]:
-    """Compares promises with gains, [nat], after two rods of cast steel and a decoy that looks like them.
+    """Compares predicted with gained information, [nat], after two rods of cast steel and a similar decoy.
 
-    Returns: ``kinds``: by object ``promised`` and ``gained``, the latter the mean of some holds; and ``kinds_worst``,
-        the largest difference.
+    Returns:
+        ``kinds``: ``promised`` and ``gained`` (mean over several holds) for each object; and ``kinds_worst``, the
+        largest difference.
     """
     whole = worlds.build_workshop(("reach",))
     rod, oak = whole.candidates[_ROD], whole.candidates["bar of oak"].components[0].material
@@ -44,7 +45,7 @@ def compare_information(holds: int = _HOLDS) -> dict[str, Any]:
 def _learn(
     workshop: worlds.Workshop, tool: Tool, memory: MaterialMemory, number: int
 ) -> tuple[MaterialMemory, float]:
-    """Learns from a hold; returns the memory and the information gained about common kinds, for normal beliefs."""
+    """Updates on a hold; returns the memory and the information gained about common kinds, for normal beliefs."""
     rng = np.random.default_rng([number, 1])
     deviation = workshop.settings.prior.deviation
     true = {
@@ -60,7 +61,7 @@ def _measure(memory: MaterialMemory) -> float:
 
 
 def _stretch(tool: Tool, factor: float, name: str) -> Tool:
-    """Returns a rod that is as long as a factor says, so that it is another object."""
+    """Returns a rod whose length is multiplied by a factor, which makes it another object."""
     (part,) = tool.components
     assert isinstance(part.shape, Cylinder)
     longer = replace(part.shape, length=factor * part.shape.length)

@@ -1,10 +1,10 @@
-"""Calibration of what is believed of a material after one object of it was held again and again.
+"""Calibration of the belief about a material after one object of it was held repeatedly.
 
-``repeat_z`` and its relatives are numbers of the study of active choice, by material: the root mean square of z, the
-error of the believed mean density over its standard deviation, over observers who hold one piece of stock ten times.
-1 is exact; 2 is an interval of half the width that it should have. ``repeat_z`` is that of a lasting memory,
-``repeat_z_observers`` that of observers within a simulation, by their learner; ``repeat_z_anew`` is a control: an
-observer who forgets each object after its hold, and so counts its deviation from its material anew.
+``repeat_z`` and its relatives are numbers of the study of active choice, for each material. They are the root mean
+square of z, the error of the believed mean density divided by its standard deviation, over observers who hold one
+piece of stock ten times. 1 is exact calibration; 2 means intervals of half the required width. ``repeat_z`` is for a
+lasting memory, ``repeat_z_observers`` for observers within a simulation, by their learner. ``repeat_z_anew`` is a
+control: the observer forgets each object after its hold, and so counts its deviation from its material again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -40,10 +40,10 @@ type _Learn = Callable[[Sequence[TrialEvidence], Sequence[ComponentFeatures], Se
 
 @dataclass(frozen=True)
 class RepeatsConfig:
-    """Configuration of observers who hold one piece again and again."""
+    """Configuration of observers who hold one piece repeatedly."""
 
-    num_observers: int = 100  # number of observers of a block
-    num_holds: int = 10  # number of holds of each
+    num_observers: int = 100  # number of observers in a block
+    num_holds: int = 10  # number of holds for each observer
     seed: int = 0  # root of every random draw
 
 
@@ -67,7 +67,7 @@ def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
 
 
 def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Describes blocks of observers: the root mean square by material; extremes, the control left aside."""
+    """Computes the root mean square for each material over all blocks, and the extremes without the control."""
     names = [piece.components[0].material.name for piece in load_stock()]
     z = {
         name: dict(zip(names, np.sqrt(np.mean(values**2, axis=(0, 1))).tolist(), strict=True))
@@ -85,7 +85,7 @@ def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 
 def load_stock() -> tuple[Tool, ...]:
-    """Loads one piece of each material: those of the workshop, and rods of materials that it has no piece of."""
+    """Loads one piece of each material: the workshop's stock, and rods of the materials missing there."""
     materials = load_materials()
     stock = load_tools(MODELS / "workshop" / "blanks.yaml", materials)
     shown = {part.material.name for piece in stock for part in piece.components}
@@ -96,7 +96,7 @@ def load_stock() -> tuple[Tool, ...]:
 def hold(
     piece: Tool, rho: float, static: StaticHold, settings: Settings, num_holds: int, rng: np.random.Generator
 ) -> list[TrialEvidence]:
-    """Holds a piece of one material and density rho, [kg/m^3], at rest, each time with errors of its own."""
+    """Holds a piece of one material and density rho, [kg/m^3], at rest, with new errors in each hold."""
     features = measure_drawing(piece)
     belief = predict_object(features, MaterialMemory(), settings.prior)
     parts = tuple(part.appearance for part in features)

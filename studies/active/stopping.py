@@ -1,4 +1,4 @@
-"""Observers who hold what is advised until the advice is to stop: drawn worlds, and worlds with one odd object."""
+"""Observers who follow the advice until it says stop, in drawn worlds and in worlds with one odd object."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,36 +15,38 @@ from affordance.objects.colour import Colour
 from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds
 
-# Samples of an advice, and pieces of stock that are doubled in worlds with an odd object.
+# Number of samples for advice; pieces of stock that are doubled in worlds with an odd object.
 NUM_SAMPLES, _NUM_DOUBLED = 1000, 5
-# Worlds that are drawn from the prior.
+# Number of worlds drawn from the prior.
 NUM_DRAWN = 500
-# Reasons to stop: none within the holds that are allowed, as certain, as nothing is worth its price, or as no option
-# can do any task.
+# Reasons to stop: none within the allowed holds; all choices are certain; no hold is worth its price; no option can
+# do any task.
 _REASONS = ("", "certain", "not worth its price", "impossible")
 
 
 @dataclass(frozen=True)
 class StopConfig:
-    """Configuration of observers who hold until the advice is to stop."""
+    """Configuration of observers who hold objects until the advice says stop."""
 
-    # True where the materials' densities are drawn from the prior, false where they are the real ones.
+    # True if the materials' densities are drawn from the prior, false if they are the real ones.
     is_drawn: bool = False
-    # True where there are two pieces of stock of each material, and one of all these is odd: it has the density of
-    # another material.
+    # True if there are two pieces of stock of each material, one of which is odd: it has the density of another
+    # material.
     has_decoy: bool = False
-    doubts: bool = True  # true if observers say what they have felt, so that one of the objects may be odd
+    doubts: bool = True  # true if observers report what they felt, so that one of the objects may be odd
     most: int = 7  # largest number of holds
     seed: int = 0  # root of every random draw; worlds and errors are the same whether or not observers doubt
     tasks: tuple[str, ...] = worlds.TASKS  # names of the tasks
 
 
 def run_observer(config: StopConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Lets an observer hold what is advised until it stops, and judges the choices that it makes then.
+    """Lets an observer follow the advice until it says stop, and judges the choices made then.
 
-    Returns: ``right``, (tasks,), by the true costs, nan where no option can do the task; ``p_best``, (tasks,), as
-        said; ``holds``; ``reason``, the place of the reason to stop among none, certain, and not worth its price;
-        and ``rests``, (tasks,), the number of objects on a single one of which a certain choice rests.
+    Returns:
+        ``right``, (tasks,), judged by the true costs, NaN where no option can do the task; ``p_best``, (tasks,), the
+        stated probability of being right; ``holds``, the number of holds; ``reason``, the index of the reason to
+        stop; and ``rests``, (tasks,), the number of objects without
+        any one of which a certain choice would be open.
     """
     rng = np.random.default_rng([config.seed, repeat, 1])
     workshop = worlds.build_workshop(config.tasks)
@@ -82,7 +84,7 @@ def run_observer(config: StopConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def double_stock(workshop: worlds.Workshop) -> worlds.Workshop:
-    """Returns the workshop with two pieces of stock of each of the tools' materials, and nothing else."""
+    """Returns the workshop with two pieces of stock of each of the tools' materials, and no others."""
     stock = dict(list(workshop.candidates.items())[:_NUM_DOUBLED])
     pattern = workshop.candidates["rod of cast steel"]
     for name, tool in list(stock.items()):
@@ -93,7 +95,7 @@ def double_stock(workshop: worlds.Workshop) -> worlds.Workshop:
 
 
 def swap_density(true: worlds.TrueWorld, rng: np.random.Generator) -> worlds.TrueWorld:
-    """Returns the world with one candidate, any, that has the density of one of another material."""
+    """Returns the world after giving one random candidate the density of another material."""
     names = list(true.densities)
     odd = names[int(rng.integers(len(names)))]
     (colour,) = true.densities[odd]
@@ -112,7 +114,7 @@ def draw_means(workshop: worlds.Workshop, rng: np.random.Generator) -> dict[Colo
 
 
 def list_configs(seed: int, repeats: int) -> dict[str, tuple[StopConfig, int]]:
-    """Lists configurations by name, each with the number of observers; hammering is left out, as it takes longest."""
+    """Lists configurations by name with numbers of observers; hammering is omitted, because it takes longest."""
     tasks = ("reach", "mash")
     return {
         "drawn": (StopConfig(is_drawn=True, seed=seed, tasks=tasks), NUM_DRAWN),
@@ -123,7 +125,7 @@ def list_configs(seed: int, repeats: int) -> dict[str, tuple[StopConfig, int]]:
 
 
 def summarise(stops: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Summarises what was found by configuration, as in metrics.json."""
+    """Summarises the results of each configuration, as in metrics.json."""
     return {
         "drawn": stops["drawn"],
         "drawn_undoubted": stops["drawn_undoubted"],
@@ -137,7 +139,7 @@ def summarise(stops: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def describe_stops(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Describes the choices at the end, as in metrics.json; tasks that no option can do are not judged."""
+    """Summarises the final choices, as in metrics.json; tasks that no option can do are not judged."""
     judged = np.isfinite(arrays["right"])
     certain = judged & (arrays["p_best"] >= CERTAIN)
     checked = certain & (arrays["rests"] == 0)

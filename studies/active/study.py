@@ -1,4 +1,4 @@
-"""Numbers of the study of active choice: right choices against holds, by the rule that picks what is held."""
+"""Numbers of the study of active choice: right choices against holds, for each rule that picks what is held."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,12 +14,12 @@ from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds
 from studies.active.rules import RULES
 
-# Holds after which choices are judged, at most: in the workshop, all there is, and in the paper's world.
+# Largest number of holds after which choices are judged: in the workshop (all objects), and in the paper's world.
 HORIZON, PAPER_HORIZON = 9, 4
-# Share of right choices that is to be reached, and cost of a choice that cannot be done, over the dearest that can.
+# Required share of right choices, and cost of an infeasible choice relative to the dearest feasible one.
 _RIGHT, _FAILED = 0.95, 2.0
 _NUM_JUDGED = 1000
-# Times of which the first, in which caches are filled, does not count.
+# Number of timed calls; the first, which fills caches, is discarded.
 _NUM_TIMED = 10
 _NUM_SAMPLES = 4000
 
@@ -32,7 +32,7 @@ class ActiveConfig:
     seed: int = 0  # root of every random draw; worlds and errors are the same for all rules
     tasks: tuple[str, ...] = worlds.TASKS  # names of the tasks of the workshop; none for the paper's world
     horizon: int = HORIZON  # largest number of holds
-    is_simulated: bool = False  # true if holds are simulated in the Diagram, false for closed form
+    is_simulated: bool = False  # true if holds are simulated in the Diagram, false if computed in closed form
 
     def build(self) -> worlds.Workshop:
         """Builds the world."""
@@ -40,10 +40,11 @@ class ActiveConfig:
 
 
 def run_observer(config: ActiveConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Lets an observer hold one thing after the other.
+    """Lets an observer hold one object after the other.
 
-    Returns: ``right``, (holds + 1, tasks); ``regret``, the cost beyond the least, of the same shape, [J]; ``held``,
-        the index of what is held, (holds,).
+    Returns:
+        ``right``, (holds + 1, tasks); ``regret``, the cost above the least, (holds + 1, tasks), [J]; ``held``, the
+        index of each object held, (holds,).
     """
     workshop = config.build()
     true = worlds.draw_world(workshop, np.random.default_rng([config.seed, repeat, 1]))
@@ -79,7 +80,7 @@ def _judge(
 
 
 def count_holds(right: NDArray[Any]) -> int:
-    """Counts the holds after which .95 of choices are right and stay so; one more than the horizon if never."""
+    """Counts the holds after which at least .95 of choices stay right; one more than the horizon if never."""
     shares = right.mean(axis=(0, 2))
     reached = shares >= _RIGHT
     stays = np.flatnonzero(~reached)
@@ -87,7 +88,7 @@ def count_holds(right: NDArray[Any]) -> int:
 
 
 def describe_rules(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
-    """Describes what was found in the workshop, by rule, as in metrics.json."""
+    """Summarises the results in the workshop for each rule, as in metrics.json."""
     rules = _describe(found)
     holds = {name: count_holds(arrays["right"]) for name, arrays in found.items()}
     others = [number for name, number in holds.items() if name != "value"]
@@ -102,7 +103,7 @@ def describe_rules(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str,
 
 
 def describe_paper_world(found: Mapping[str, Mapping[str, NDArray[Any]]], names: Sequence[str]) -> dict[str, Any]:
-    """Describes what was found in the paper's world, by rule, as in metrics.json; names are of decisions."""
+    """Summarises the results in the paper's world for each rule, as in metrics.json; ``names`` are decisions."""
     right = found["value"]["right"]
     each = {name: count_holds(right[..., [place]]) for place, name in enumerate(names)}
     holds = {name: count_holds(arrays["right"]) for name, arrays in found.items()}
@@ -114,7 +115,7 @@ def describe_paper_world(found: Mapping[str, Mapping[str, NDArray[Any]]], names:
 
 
 def _describe(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
-    """Describes shares of right choices and regrets by rule, after each number of holds."""
+    """Summarises shares of right choices and regrets of each rule after each number of holds."""
     rules = {}
     for name, arrays in found.items():
         right = arrays["right"]
@@ -128,7 +129,7 @@ def _describe(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str, Any]
 
 
 def time_advice(tasks: tuple[str, ...] = worlds.TASKS) -> float:
-    """Times the advice on all candidates; CPU time for each, the median of several times, [ms]."""
+    """Measures the CPU time of advice per candidate, the median of several calls, [ms]."""
     workshop = worlds.build_workshop(tasks)
     names = list(workshop.candidates)
     memory = worlds.start_memory(workshop, start_learner())

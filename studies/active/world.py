@@ -1,4 +1,4 @@
-"""Workshop in which observers may hold pieces of stock before they choose tools: true costs, and percepts."""
+"""Workshop in which observers may hold pieces of stock before they choose tools: true costs and observations."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -34,13 +34,13 @@ from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import measure_geometry, predict_object
 
 TASKS = ("hammer", "reach", "mash")
-# Materials of the rods and blocks of the paper's world, and tasks of its tools.
+# Materials of the rods and blocks in the paper's world, and tasks of its tools.
 _PAPERS, _PAPERS_TASKS = ("brass", "steel", "beech"), ("reach", "hammer")
-# Materials that no tool is made of.
+# Number of materials in stock that no tool contains.
 _NUM_OTHERS = 4
 # Duration of a simulated hold, [s].
 _DURATION = 1.0
-# A deviation leaves at least this share of a density.
+# Smallest density of an object, as a share of its material's mean.
 _LEAST = 0.3
 
 
@@ -62,9 +62,9 @@ class TrueWorld(NamedTuple):
 
 @lru_cache(maxsize=1)
 def build_workshop(tasks: tuple[str, ...] = TASKS) -> Workshop:
-    """Builds the workshop: five pieces of stock and one of each of four other materials; hammers and kitchen tools.
+    """Builds the workshop: five pieces of stock, one more of each of four other materials, hammers, kitchen tools.
 
-    Hammers hammer and reach, kitchen tools mash.
+    Hammers are for hammering and reaching, kitchen tools for mashing.
     """
     materials, folder = load_materials(), MODELS / "workshop"
     stock = load_tools(folder / "blanks.yaml", materials)
@@ -94,7 +94,7 @@ def build_paper_world() -> Workshop:
 
 
 def _build(stock: Sequence[Tool], decisions: Mapping[str, tuple[str, Sequence[Tool]]]) -> Workshop:
-    """Builds a workshop of stock and, by the name of each decision, its task and tools."""
+    """Builds a workshop from stock and, for each named decision, its task and tools."""
     robot, settings = Robot(), DEFAULT_SETTINGS
     questions = [
         Question(name, plan_options(list_drawn_options(tools), robot.load_task(task), settings))
@@ -104,7 +104,7 @@ def _build(stock: Sequence[Tool], decisions: Mapping[str, tuple[str, Sequence[To
 
 
 def make_stock(pattern: Tool, kind: str, material: Material) -> Tool:
-    """Makes a piece of stock of the form of another, of one material."""
+    """Makes a piece of stock with the shape of another piece, of a single material."""
     parts = tuple(replace(part, material=material, looks_like=material) for part in pattern.components)
     return replace(pattern, name=f"{kind} of {material.name}", components=parts)
 
@@ -112,7 +112,7 @@ def make_stock(pattern: Tool, kind: str, material: Material) -> Tool:
 def draw_world(
     workshop: Workshop, rng: np.random.Generator, means: Mapping[Colour, float] | None = None
 ) -> TrueWorld:
-    """Draws the world of an observer: every object deviates from its materials; None for their real densities."""
+    """Draws an observer's world, in which every object deviates from its materials; means None for real densities."""
     deviation = workshop.settings.prior.deviation
     means = means or {each.colour: each.density for each in load_materials().values()}
     densities: dict[str, dict[Colour, float]] = {}
@@ -138,7 +138,7 @@ def draw_parameters[K](
     deviation: float,
     rng: np.random.Generator,
 ) -> Array:
-    """Draws the true parameters, (10,), of an object by the material of each part and materials' mean densities."""
+    """Draws the true parameters, (10,), of an object from the material of each part and the materials' means."""
     kinds = list(dict.fromkeys(materials))
     geometry = measure_geometry(features, [kinds.index(each) for each in materials], len(kinds))
     pi: Array = geometry.Phi @ deviate([means[kind] for kind in kinds], deviation, rng)
@@ -146,16 +146,16 @@ def draw_parameters[K](
 
 
 def deviate(means: Sequence[float], deviation: float, rng: np.random.Generator) -> Array:
-    """Draws the densities of an object that deviates once from the mean of each of its materials, (M,), [kg/m^3].
+    """Draws the densities of an object, with one deviation from the mean of each of its materials, (M,), [kg/m^3].
 
-    The standard deviation is a fraction of the mean.
+    ``deviation`` is the standard deviation as a fraction of the mean.
     """
     mean = np.array(means)
     return mean * np.maximum(1.0 + deviation * rng.standard_normal(len(mean)), _LEAST)
 
 
 def find_true_costs(choice: Choice, truths: Mapping[str, Array], criterion: Criterion = Criterion.WORK) -> Array:
-    """Computes the costs of all options, infinite where infeasible, (options,), by tools' true parameters, (10,)."""
+    """Computes the costs of all options, infinite where infeasible, (options,), for tools' true parameters."""
     pi = np.array(
         [build_transform_map(np.linalg.inv(option.X_TG)) @ truths[option.object_name] for option in choice.options]
     )
@@ -165,7 +165,7 @@ def find_true_costs(choice: Choice, truths: Mapping[str, Array], criterion: Crit
 
 
 def start_memory(workshop: Workshop, memory: MaterialMemory) -> MaterialMemory:
-    """Adds the colours of all candidates and tools, so that beliefs of all rules have the same order."""
+    """Adds the colours of all candidates and tools, so that all rules' beliefs have the same order."""
     for tool in workshop.candidates.values():
         memory = memory.add_colours([part.looks_like.colour for part in tool.components], workshop.settings.prior)
     for question in workshop.questions:
@@ -182,7 +182,7 @@ def advise(
     seed: int = 0,
     felt: Mapping[str, FeltObject] | None = None,
 ) -> HoldAdvice:
-    """Advises on which of some candidates to hold next, by work."""
+    """Advises which of the candidates to hold next, with work as the cost."""
     return advise_hold(
         [workshop.candidates[name] for name in names],
         workshop.questions,
@@ -204,7 +204,7 @@ def hold(
     *,
     is_simulated: bool = False,
 ) -> MaterialMemory:
-    """Lets an observer hold an object, at rest in closed form or simulated; returns what it remembers then."""
+    """Lets an observer hold an object at rest, in closed form or simulated; returns the memory afterwards."""
     if not is_simulated:
         return learn(workshop, name, world.densities[name], memory, seed)[0]
     tool = workshop.candidates[name].with_densities(world.densities[name])
@@ -213,7 +213,7 @@ def hold(
 
 @lru_cache(maxsize=1)
 def _get_runner(settings: Settings) -> TrialRunner:
-    """Returns the runner of simulated holds, in which objects are seen as drawn, as where advice is given."""
+    """Returns the runner of simulated holds; objects are seen as they are drawn, as when advice is given."""
     return TrialRunner(settings, eye=lambda tool, rng: measure_drawing(tool))
 
 
@@ -224,9 +224,10 @@ def learn(
     memory: MaterialMemory,
     seed: tuple[int, ...],
 ) -> tuple[MaterialMemory, FeltObject]:
-    """Lets an observer learn from a hold of an object of given densities by colour.
+    """Lets an observer learn from holding an object with given densities by colour.
 
-    Returns: Memory after the hold, and what the hold told.
+    Returns:
+        Memory after the hold, and the object with its likelihoods.
     """
     settings, static = workshop.settings, workshop.static
     parts = measure_drawing(workshop.candidates[name])
@@ -241,12 +242,12 @@ def learn(
         belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation
     )
     felt = learned.memory.recall([part.appearance for part in parts], settings.prior).felt
-    assert felt is not None  # as it was just learned from
+    assert felt is not None  # because the object was just learned from
     return learned.memory, felt
 
 
 def recall_felt(workshop: Workshop, memory: MaterialMemory) -> dict[str, FeltObject]:
-    """Recalls what the candidates that were held have told a memory."""
+    """Returns the candidates that were held before, with their likelihoods in the memory."""
     felt = {}
     for name, tool in workshop.candidates.items():
         found = memory.recall([part.appearance for part in measure_drawing(tool)], workshop.settings.prior).felt
@@ -256,7 +257,7 @@ def recall_felt(workshop: Workshop, memory: MaterialMemory) -> dict[str, FeltObj
 
 
 def build_hold_geometry(workshop: Workshop, name: str, memory: MaterialMemory) -> Geometry:
-    """Builds the geometry of a candidate with a column for each colour of a memory."""
+    """Builds the geometry of a candidate, with one column for each colour of the memory."""
     parts = measure_drawing(workshop.candidates[name])
     columns = [memory.colours.index(part.colour) for part in parts]
     return measure_geometry(parts, columns, len(memory.colours))

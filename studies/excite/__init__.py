@@ -1,1 +1,1 @@
-"""Study of how to move: designs of motions against one another, by the errors that are found with them."""
+"""Study of how to move while weighing: designs of motions, compared by the errors of identification."""

@@ -9,7 +9,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocat
 
 from affordance.reporting.figures import LINE_STYLES, MARKERS, OBJECT_COLOURS, tidy
 
-# Names of rules and of arms in figures, by those in metrics.json.
+# Names of rules and of arms in figures, keyed by their names in metrics.json.
 _NAMES = {
     "stated": "what will be stated",
     "stated_at_once": "what will be stated, body expected before",
@@ -31,10 +31,14 @@ def draw_errors(
     said: str,
     label: str,
 ) -> Figure:
-    """Draws errors that were found (lines) and stated (thin lines) by rule, a panel each.
+    """Plots true errors (lines) and stated errors (thin lines) of each rule, one panel for each entry.
 
-    Places are numbers of postures, or lengths of motions, of some rules the first of them; ``found`` and ``said`` are
-    keys of both errors in the numbers of a rule.
+    Args:
+        places: Numbers of postures, or lengths of motions; a rule with fewer values has the first of them.
+        panels: Numbers of each rule, by panel.
+        found: Key of the true error in the numbers of a rule.
+        said: Key of the stated error.
+        label: Label of the horizontal axis.
     """
     figure = Figure(figsize=(5.5 * len(panels), 4.5), layout="constrained")
     all_axes = np.atleast_1d(figure.subplots(1, len(panels)))

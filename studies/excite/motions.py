@@ -1,8 +1,8 @@
-"""Motions of a Panda and a UR10e, by what they were designed for, with errors as these arms were recorded to have.
+"""Motions of a Panda and a UR10e, designed by different rules, with errors taken from recordings of these arms.
 
-What is left of a real recording once arm, load and friction are taken out is added to simulated signals: stretches
-from random places, of all joints together, so that errors agree over time as they do there. Gains, friction and the
-error of the arm's model are drawn from what identification assumes of them.
+The errors are residuals of real recordings after subtracting arm, load and friction. Stretches of them from random
+places, for all joints together, are added to simulated signals, so that errors keep their correlation in time. Gains,
+friction and the error of the arm's model are drawn from the prior that identification uses.
 """
 
 from collections.abc import Mapping
@@ -45,17 +45,17 @@ from studies.recorded.random_payloads import draw_payload
 ARMS = ("panda", "ur10e")
 RULES = ("stated", "stated_postures", "random", "random_postures", "condition", "d_optimal")
 SECONDS = (2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0)
-# Lengths of random motions, which take longer to come near the floor.
+# Lengths of random motions, which need longer to approach the floor.
 LONG_SECONDS = (*SECONDS, 24.0, 32.0)
-# Postures a second, of rules that visit postures; motions of a random rule in place of a search.
+# Postures per second for rules that visit postures; motions of a random rule, in place of a search.
 _POSTURES, _RANDOM = 0.4, 8
-_TRIED = 60  # until one is within the limits
+_TRIED = 60  # most random motions drawn until one is within the limits
 _MASS, _NUM_BODIES, _MASS_SD = 1.0, 4, 0.1
 _MASSES, _NUM_TRUTHS = (0.5, 2.0), 24
-_RATE, _FINE = 100.0, 500.0  # of recordings, and at which limits are checked, [Hz]
-_CUTOFF = 5.0  # of the filter that the recordings went through, [Hz]
+_RATE, _FINE = 100.0, 500.0  # rate of recordings, and rate at which limits are checked, [Hz]
+_CUTOFF = 5.0  # cutoff of the filter that was applied to the recordings, [Hz]
 _ACCELERATION, _TIP_SPEED, _REACH = 3.0, 1.0, 1.5
-# Limits by the makers: angles, rates and torques of a Panda; those of a UR10e are in its file.
+# Makers' limits of angles, rates and torques of a Panda; those of a UR10e are in its file.
 _PANDA = (
     (-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973),
     (2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973),
@@ -83,12 +83,12 @@ class MotionConfig:
     rule: str  # name of the rule
     seconds: tuple[float, ...] = SECONDS  # lengths of the motions, [s]
     seed: int = 0  # root of every random draw
-    num_draws: int = NUM_DRAWS  # number of motions from which a search starts
-    num_changes: int = NUM_CHANGES  # number of changes that it tries of each of the best
+    num_draws: int = NUM_DRAWS  # number of random motions from which a search starts
+    num_changes: int = NUM_CHANGES  # number of changes tried on each of the best motions
 
 
 class World(NamedTuple):
-    """Arm with what is known of it, and its errors as recorded, shape (N, n)."""
+    """Arm with its model, its calibration, and its recorded errors, shape (N, n)."""
 
     expectation: Expectation
     limits: MotionLimits
@@ -96,11 +96,13 @@ class World(NamedTuple):
 
 
 def run_motions(config: MotionConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Designs motions of all lengths, and identifies random payloads that are moved so.
+    """Designs motions of all lengths, and identifies random payloads along them.
 
-    Returns: By length: ``said``, root mean square of the stated standard deviation of the mass, [kg]; ``rmse``, that
-        of its errors, [kg]; ``inside``, the share of 90 % intervals that hold the mass; ``excess``, the largest share
-        of a limit that was taken up; ``predicted``, what the design says, [kg].
+    Returns:
+        For each length: ``said``, root mean square of the stated standard deviation of the mass, [kg]; ``rmse``, root
+        mean square error of the mass, [kg]; ``inside``, share of 90 % intervals that contain the true mass;
+        ``excess``, the largest used share of a limit; ``predicted``, the standard deviation that the design predicts,
+        [kg].
     """
     world = build_world(config.arm, config.data)
     rows = []
@@ -134,7 +136,7 @@ def build_world(arm: str, data: str) -> World:
 
 
 def _collect(robot: SerialChain, gains: Gains, empty: PreparedRun, errors: Array | None, arm: str) -> World:
-    """Collects what is known of an arm; its errors are those of an arm fitted to its empty run, if not given."""
+    """Builds the world of an arm; by default its errors are the residuals of a fit to its empty run."""
     fitted = fit_empty_arm(robot, [empty], [empty.signal], gains, DEFAULT_SETTINGS)
     density = fitted.least_variance / empty.rate
     if errors is None:
@@ -197,7 +199,7 @@ def _design(config: MotionConfig, world: World, seconds: float, rng: np.random.G
 def _identify(
     world: World, motion: PreparedRun, rng: np.random.Generator, num_truths: int
 ) -> tuple[float, float, float]:
-    """Identifies payloads along a motion: mean squares of stated and true errors, [kg^2], and share inside."""
+    """Identifies payloads along a motion; returns mean squares of stated and true errors, [kg^2], and coverage."""
     expectation, settings = world.expectation, world.expectation.settings
     gains, robot = expectation.gains, expectation.robot
     num_rows, n = round(motion.times[-1] * _RATE), robot.num_joints
@@ -234,16 +236,17 @@ def _evaluate(along: Any, times: Array, order: int) -> Array:
 
 
 def _refine(motion: PreparedRun) -> PreparedRun:
-    """Returns a motion as a controller runs it that joins its points by cubic polynomials."""
+    """Returns a motion as a controller executes it, with cubic polynomials between its points."""
     along = to_trajectory(motion)
     times = list_times(motion.times[-1], _FINE)
     return to_motion(times, *(_evaluate(along, times, order) for order in range(3)))
 
 
 def find_seconds(seconds: tuple[float, ...], error: Array, floor: float) -> float:
-    """Finds the time after which an error stays within 1.2 times the floor, [s]; between lengths in the logarithm.
+    """Computes the time after which an error stays within 1.2 times the floor, [s].
 
-    A second more than the longest if it never does.
+    Errors are interpolated between lengths in the logarithm. If this never happens, the result is the longest length
+    plus one second.
     """
     above = np.flatnonzero(error > 1.2 * floor)
     if not above.size:
@@ -262,9 +265,9 @@ def list_seconds(rule: str) -> tuple[float, ...]:
 
 
 def describe_motions(found: Mapping[str, Mapping[str, NDArray[Any]]], seconds: tuple[float, ...]) -> dict[str, Any]:
-    """Describes what the rules found on one arm, repeats along the first axis, for the first lengths or all, [s].
+    """Summarises the results of all rules on one arm, for the lengths ``seconds``, [s]; repeats are the first axis.
 
-    The floor is the least standard deviation that identification states, among lengths that all rules have.
+    The floor is the smallest standard deviation that identification states, among lengths that all rules have.
     """
     rules: dict[str, Any] = {
         rule: {

@@ -1,8 +1,8 @@
-"""Postures chosen one after the other for objects that were weighed: what their mass is found to be after each.
+"""Postures chosen one after the other for weighed objects, and the error of the mass after each.
 
-A pool of postures is drawn from the thousand that were recorded with an object; a rule chooses from it, gains,
-friction, errors and the floor being known from the other objects alone. The mass is estimated as identification does,
-with the errors' variance of the calibration, as a few postures show none.
+A pool of postures is drawn from the thousand that were recorded with an object, and a rule chooses from it. Gains,
+friction, errors and the floor are known from the other objects only. The mass is estimated as in identification,
+except that the variance of errors comes from the calibration, as a few postures do not show it.
 """
 
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ RULES = ("stated", "stated_at_once", "random", "condition", "d_optimal")
 # Numbers of postures after which the mass is estimated, and size of a pool.
 NUMBERS = (1, 2, 3, 4, 5, 6, 8, 12, 16, 20)
 _POOL = 150
-_REFERENCE, _MOST = 8, 5  # postures at random, and how many chosen ones are to be as good
+_REFERENCE, _MOST = 8, 5  # number of random postures, and of chosen postures that should be as good
 _SEEN = 4  # mass and first moments: all that postures at rest show
 
 
@@ -48,11 +48,11 @@ class PosewiseConfig:
 
 
 class Task(NamedTuple):
-    """Object with all that is known of it before, for the rules."""
+    """Object with everything that is known before its postures are chosen."""
 
     evidence: Evidence  # evidence of all postures, with the load signs of the expected body
     gains: Gains  # gains, drift included
-    prior: ChannelPrior  # prior of all unknowns but the payload
+    prior: ChannelPrior  # prior of all unknowns except the payload
     theta: Array  # Log-Cholesky coordinates of the expected body, shape (10,)
 
     def expect(self, theta: Array) -> "Task":
@@ -63,7 +63,8 @@ class Task(NamedTuple):
     def build_rows(self) -> Array:
         """Builds derivatives of the signals by mass, first moments, gains and friction, (postures, joints, 9).
 
-        Errors and what is known of gains and friction have a standard deviation of one.
+        Rows and columns are scaled so that errors, and the prior of gains and friction, have a standard deviation of
+        one.
         """
         samples, gains, prior = self.evidence.samples, self.gains, self.prior
         s, Y = samples.load_sign[..., None], samples.Y[..., :_SEEN]
@@ -76,9 +77,10 @@ class Task(NamedTuple):
         return rows / np.sqrt(gains.least_variance)[:, None]
 
     def predict(self, sums: Array) -> Array:
-        """Predicts the SD of ln m, as identification states it, by sums of outer products of rows, (M, joints, 9, 9).
+        """Predicts the SD of ln m that identification would state, shape (M,).
 
-        Returns: Standard deviations, shape (M,).
+        Args:
+            sums: Sums of outer products of rows for M sets of postures, (M, joints, 9, 9).
         """
         B = sums[..., :_SEEN, _SEEN:]
         others = np.eye(sums.shape[-1] - _SEEN) + sums[..., _SEEN:, _SEEN:]
@@ -92,9 +94,10 @@ class Task(NamedTuple):
 
 
 def run_pool(config: PosewiseConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Chooses postures of one pool.
+    """Chooses postures from one pool.
 
-    Returns: ``log_mass`` and ``log_sd`` by number of postures, (numbers,); ``mass``, the true one, [kg].
+    Returns:
+        ``log_mass`` and ``log_sd`` for each number of postures, (numbers,), and the true ``mass``, [kg].
     """
     task, mass = prepare_task(config.data, config.name)
     rng = np.random.default_rng([config.seed, repeat, LBIPE_OBJECTS.index(config.name)])
@@ -108,7 +111,7 @@ def run_pool(config: PosewiseConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 @cache
 def prepare_task(data: str, name: str) -> tuple[Task, float]:
-    """Collects what is known of an object from the others, and its true mass, [kg]."""
+    """Collects what the other objects tell about a task; also returns the object's true mass, [kg]."""
     settings = replace(IdentificationSettings(), signal_prior=SERVO_PRIOR)
     objects = load_weighed_objects(Path(data))
     evidence, gains = calibrate_by_others(objects, name, settings)
@@ -122,7 +125,7 @@ def prepare_task(data: str, name: str) -> tuple[Task, float]:
 
 
 def _choose(task: Task, rule: str, pool: NDArray[np.intp], number: int) -> list[int]:
-    """Chooses postures from a pool one after the other, each the best in addition to the earlier ones."""
+    """Chooses postures from a pool one after the other, each the best addition to those before."""
     if rule == "random":
         return [int(each) for each in pool[:number]]
     rows = task.build_rows()[pool]
@@ -134,7 +137,7 @@ def _choose(task: Task, rule: str, pool: NDArray[np.intp], number: int) -> list[
     chosen: list[int] = []
     for _ in range(number):
         if rule.startswith("stated"):
-            if chosen and rule == "stated":  # what was felt so far is expected of the next
+            if chosen and rule == "stated":  # the body felt so far is the one expected for the next posture
                 task = task.expect(find_posterior(task, [int(each) for each in pool[chosen]]).theta)
                 rows = task.build_rows()[pool]
                 products = rows[..., :, None] * rows[..., None, :]
@@ -150,9 +153,10 @@ def _choose(task: Task, rule: str, pool: NDArray[np.intp], number: int) -> list[
 
 
 def score_condition(rows: Array) -> float:
-    """Scores a regressor by its condition number, columns of unit length, plus the inverse of its least one.
+    """Scores a regressor, the lower the better.
 
-    Both are taken as logarithms; to be small.
+    The score is the log condition number with columns scaled to unit length, plus the log of the inverse of its
+    smallest singular value.
     """
     length = np.maximum(np.linalg.norm(rows, axis=0), 1e-12)
     values = np.linalg.svd(rows / length, compute_uv=False)
@@ -161,7 +165,7 @@ def score_condition(rows: Array) -> float:
 
 
 def find_posterior(task: Task, chosen: list[int]) -> Mode:
-    """Finds the most probable body after postures."""
+    """Computes the most probable body given the chosen postures."""
     kept = np.isin(np.arange(len(task.evidence.samples.signal)), chosen)
     statistics = compute_statistics(task.evidence.samples.select(kept), 1)
     likelihood = PayloadLikelihood(statistics, task.prior, task.gains.least_variance)
@@ -169,7 +173,7 @@ def find_posterior(task: Task, chosen: list[int]) -> Mode:
 
 
 def describe_posewise(found: Mapping[str, list[dict[str, NDArray[Any]]]], numbers: tuple[int, ...]) -> dict[str, Any]:
-    """Describes what the rules found, a list of objects each; root mean squares are averaged over objects."""
+    """Summarises the results of each rule, a list over objects; root mean squares are averaged over objects."""
     rules: dict[str, Any] = {}
     for rule, objects in found.items():
         rmse, said, inside = [], [], []

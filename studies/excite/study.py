@@ -1,4 +1,4 @@
-"""Numbers and figures of how to move while weighing, by what is chosen for."""
+"""Numbers and figures of how to move while weighing, for several design rules."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -26,9 +26,11 @@ NUM_POSTURES = 200
 
 
 def check_recordings(data: Path) -> None:
-    """Reads the recordings.
+    """Reads the recordings, to check them.
 
-    A file that is missing or cannot be read raises a BadValueError, a URDF of another arm a ModelFileError.
+    Raises:
+        BadValueError: A file is missing or cannot be read.
+        ModelFileError: The URDF describes another arm.
     """
     for load in (load_weighed_objects, load_panda, load_ur10e):
         load(data)
@@ -37,7 +39,7 @@ def check_recordings(data: Path) -> None:
 def measure_motions(
     data: Path, folder: Path, *, pools: int, designs: int, seed: int, jobs: int
 ) -> tuple[dict[str, Any], dict[str, Callable[[], Figure]]]:
-    """Measures what postures and motions are worth; returns numbers of metrics.json, and functions of figures."""
+    """Evaluates rules for postures and motions; returns numbers for metrics.json and functions that draw figures."""
     files = sorted(path for path in data.rglob("*") if path.suffix in (".npz", ".csv", ".txt", ".urdf"))
 
     def run[C](config: C, measure: Callable[[C, int], Mapping[str, NDArray[Any]]], repeats: int, name: str) -> Any:
@@ -79,7 +81,7 @@ def describe(
     of_motions: Mapping[str, Mapping[str, Mapping[str, NDArray[Any]]]],
     seconds: tuple[float, ...],
 ) -> dict[str, Any]:
-    """Describes what was found with postures and motions; claims name the numbers at the top."""
+    """Summarises the results with postures and motions; the top-level numbers are those that claims use."""
     poses = posewise.describe_posewise(of_poses, numbers)
     arms = {arm: motions.describe_motions(rules, seconds) for arm, rules in of_motions.items()}
     return {
@@ -94,9 +96,9 @@ def describe(
 
 
 def weigh_in_postures(num_postures: int = NUM_POSTURES) -> dict[str, Any]:
-    """Computes the standard deviation of a hammer's mass by one hold in random postures, [g].
+    """Computes the standard deviation of a hammer's mass from one hold in each of several random postures, [g].
 
-    Its form is known, the densities of its parts are not.
+    The hammer's shape is known, the densities of its parts are not.
     """
     robot, noise = Robot(), WeberNoise()
     tools = {each.name: each for each in load_tools(MODELS / "workshop" / "tools.yaml", load_materials(MATERIALS))}

@@ -1,1 +1,1 @@
-"""Study of the whole loop: pieces of stock are held and identified, a lasting memory learns, and tools are chosen."""
+"""Study of the whole loop: an arm identifies pieces of stock, learns from them, and chooses tools."""

@@ -1,4 +1,4 @@
-"""``affordance study loop``: closes the loop on imported robots, from recordings of stock to the choice of a tool."""
+"""``affordance study loop``: the whole loop on imported robots, from recordings of stock to choosing a tool."""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -30,21 +30,21 @@ from studies.loop.study import (
 )
 from studies.study import Findings, Study, Task, Work, add_only, run_kept
 
-# Robots that are studied, and whether they have torque sensors at their joints.
+# Robots that are studied, and whether they have joint torque sensors.
 _STUDIED = {"panda": True, "ur5": False, "xarm7": False}
 _TRIALS = Whole(10, 10_000_000)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    what = "folder that example-robot-data was installed into, or its robots/"
+    what = "folder of an installed example-robot-data, or its robots/"
     parser.add_argument("--robots", type=Path, metavar="DIR", help=what)
     add_only(parser, _STUDIED, "robots")
-    parser.add_argument("--trials", type=int, default=100_000, help="trials of the ledger that is timed")
-    what = "write recordings of stock on one robot, a folder that import-arm wrote, to --out, as a user's logs"
+    parser.add_argument("--trials", type=int, default=100_000, help="number of trials in the ledger that is timed")
+    what = "only write recordings of stock on one robot (a folder from import-arm) to --out, like a user's logs"
     parser.add_argument("--record", type=Path, metavar="DIR", help=what)
-    parser.add_argument("--motors", action="store_true", help="of --record: motor torques, not torque sensors")
-    what = "record anew what identify --demo and rank --demo read, which comes with the package"
+    parser.add_argument("--motors", action="store_true", help="for --record: motor torques, not torque sensors")
+    what = "record again the packaged data of identify --demo and rank --demo"
     parser.add_argument("--demo", action="store_true", help=what)
     add_repeats(parser, 50, "simulated observers on each robot")
     add_seed(parser)
@@ -104,7 +104,7 @@ def _work(chosen: Sequence[Robot], robots: Path, arguments: argparse.Namespace, 
 
 
 def execute_choices(config: LoopConfig, criterion: Criterion) -> dict[str, Any]:
-    """Simulates in full what the first observer chooses after all pieces."""
+    """Simulates the first observer's choices after all pieces, with contact."""
     bench = build_bench(config)
     *_, memory = start_life(config, bench, 0).memories.values()
     return execute(bench, memory, criterion, config.seed)

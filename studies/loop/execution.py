@@ -1,4 +1,4 @@
-"""Full simulation of what is chosen: the blow with contact, and the reach, on the robot for which it was chosen."""
+"""Full simulation of chosen options, the blow with contact and the reach, on the robot that chose them."""
 
 from typing import Any
 
@@ -20,10 +20,12 @@ _SAMPLES = 1000
 
 
 def execute(bench: Bench, memory: MaterialMemory, criterion: Criterion, seed: int) -> dict[str, Any]:
-    """Chooses for each task under a memory, and simulates what is chosen with the tool as it is.
+    """Chooses an option for each task from a memory, and simulates it with the true tool.
 
-    Returns: By task the chosen option; of a blow ``force_error``, the peak resistance over that demanded, less one,
-        and ``travel_m``; of a reach ``error_m``, the largest distance of the free end from its path, and tolerance.
+    Returns:
+        Chosen option by task. For a blow also ``force_error``, the peak resistance relative to the required one,
+        minus one, and ``travel_m``; for a reach ``error_m``, the free end's largest distance from its path, and the
+        tolerance.
     """
     found: dict[str, Any] = {}
     tools = {tool.name: tool for tool in bench.tools}
@@ -36,7 +38,7 @@ def execute(bench: Bench, memory: MaterialMemory, criterion: Criterion, seed: in
             planned = task.build_cost(ArmModel(bench.robot.arm), tool.components, bench.settings)
             try:
                 blow = simulate_blow(tool, task, planned, list_densities([tool]), bench.settings)
-            except AffordanceError as problem:  # this arm can do none
+            except AffordanceError as problem:  # this arm can use no option
                 found[name] = {"option": option.name, "cannot": str(problem)}
                 continue
             error = blow.force / task.force - 1.0

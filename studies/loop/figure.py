@@ -11,7 +11,7 @@ from studies.loop.lives import LEVELS
 
 
 def draw_loop(details: Mapping[str, Any]) -> Figure:
-    """Draws the share of right choices with 95 % intervals, and the mean regret, for each task and criterion."""
+    """Plots the share of right choices with 95 % intervals, and the mean regret, for each task and criterion."""
     first = next(iter(details.values()))
     cells = [(task, criterion) for task in first for criterion in first[task]]
     figure = Figure(figsize=(12.0, 6.0), layout="constrained")
@@ -21,7 +21,7 @@ def draw_loop(details: Mapping[str, Any]) -> Figure:
         above, below = axes[:, column]
         for k, (robot, found) in enumerate(details.items()):
             cell = found[task][criterion]
-            right = np.array([cell[name]["right"] for name in LEVELS], dtype=float)  # null is not a number
+            right = np.array([cell[name]["right"] for name in LEVELS], dtype=float)  # null becomes NaN
             ends = np.array([cell[name]["right_ci95"] for name in LEVELS], dtype=float)
             style = {"color": OBJECT_COLOURS[k], "marker": MARKERS[k % len(MARKERS)], "linestyle": LINE_STYLES[k % 4]}
             places = np.array(numbers) + 0.08 * (k - 1)

@@ -1,4 +1,4 @@
-"""Ledger under load: time of recall and appending, what killed writers lose, and what forgetting leaves."""
+"""Ledger under load: time to recall and append, losses when writers are killed, and traces left after forgetting."""
 
 import os
 import subprocess
@@ -30,18 +30,19 @@ from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import measure_geometry
 
 _ROOT = Path(__file__).parents[2]
-# Trials that are appended one by one, recalls that are timed, and trials acknowledged before a writer is killed.
+# Trials appended one by one, recalls that are timed, and trials acknowledged before a writer is killed.
 _SINGLE, _RECALLS, _ACKNOWLEDGED = 200, 10, 50
 _BATCH = 2000
 _BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
 
 
 def measure_ledger(count: int) -> dict[str, float]:
-    """Measures a ledger of a number of trials.
+    """Measures a ledger with ``count`` trials.
 
-    Returns: The keys of ``memory`` in metrics.json: ``first_recall_s_1e5`` and ``recall_s_1e5`` (time to open it and
-        recall, the first time and the median later on, [s]), ``appends_per_s``, ``lost`` and ``double`` (trials),
-        ``forget_error`` (relative), and ``trials``.
+    Returns:
+        The keys of ``memory`` in metrics.json: ``first_recall_s_1e5`` and ``recall_s_1e5`` (time to open the ledger
+        and recall, the first time and the median of later ones, [s]), ``appends_per_s``, ``lost`` and ``double``
+        (numbers of trials), ``forget_error`` (relative), and ``trials``.
     """
     with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, XDG_CACHE_HOME=folder):
         place = Path(folder) / "ledger.sqlite"
@@ -70,7 +71,7 @@ def measure_ledger(count: int) -> dict[str, float]:
 
 
 def make_trials(start: int, count: int) -> list[TrialEvidence]:
-    """Makes trials of holds of pieces of stock in the arm's home posture, numbered from a start."""
+    """Builds trials that hold pieces of stock in the arm's home posture, numbered from ``start``."""
     pieces = load_tools(MODELS / "workshop" / "blanks.yaml", load_materials())
     static, noise = StaticHold(load_arm(ARM)), WeberNoise()
     made = []
@@ -87,7 +88,7 @@ def make_trials(start: int, count: int) -> list[TrialEvidence]:
         tau = static.tau_arm + static.Y @ pieces[kind].parameters
         tau = tau + noise.compute_sd(tau) * rng.standard_normal(len(tau))
         moment = show_time(_BEGIN + timedelta(seconds=number))
-        # A thing is held ten times: a tenth as many things as trials.
+        # Each thing is held ten times, so there are a tenth as many things as trials.
         name = f"{pieces[kind].name} {number // (10 * len(pieces))}"
         felt = noise.compute_features(tau, static.tau_arm, static.Y)
         trials.append(replace(made[kind], object_name=name, features=felt, time=moment))
@@ -102,7 +103,7 @@ def _time_recall(place: Path) -> float:
 
 
 def _measure_forgetting(folder: Path, trials: Sequence[TrialEvidence]) -> float:
-    """Measures the largest relative difference of a belief after forgetting from one that never knew."""
+    """Computes the largest relative difference of a belief after forgetting from one that never had the evidence."""
     with open_memory(folder / "forgets.sqlite") as ledger, open_memory(folder / "never.sqlite") as never:
         ledger.append(trials)
         forgotten = trials[-1].object_name
@@ -121,7 +122,7 @@ def _measure_forgetting(folder: Path, trials: Sequence[TrialEvidence]) -> float:
 
 
 def _kill_writer(folder: Path) -> tuple[int, int]:
-    """Kills a process that appends while another appends too; returns the trials lost, and those counted twice."""
+    """Kills one of two appending processes; returns the number of trials lost and of trials counted twice."""
     place = folder / "killed.sqlite"
 
     def append(start: int, count: int) -> subprocess.Popen[str]:
@@ -138,18 +139,18 @@ def _kill_writer(folder: Path) -> tuple[int, int]:
         acknowledged += killed.stdout.read().split()
         acknowledged += other.stdout.read().split()
     with open_memory(place) as ledger:
-        ledger.append(make_trials(0, _ACKNOWLEDGED))  # as a writer does that was not told
+        ledger.append(make_trials(0, _ACKNOWLEDGED))  # like a writer that was not told of success and tries again
         trials = ledger.list_trials()
     return len(set(acknowledged) - {trial.id for trial in trials}), count_double(trials)
 
 
 def count_double(trials: Sequence[TrialEvidence]) -> int:
-    """Counts the trials that are there twice, by their times, each of which is of one trial, and not by their ids."""
+    """Counts trials that are stored twice, by their times (unique for each trial) rather than their ids."""
     return len(trials) - len({trial.time for trial in trials})
 
 
 def append_slowly(place: str, start: int, count: int) -> None:
-    """Appends trials one by one, and prints the id of each once it is appended."""
+    """Appends trials one by one, and prints each id once its trial is stored."""
     with open_memory(place) as ledger:
         for number in range(start, start + count):
             (trial,) = make_trials(number, 1)

@@ -1,4 +1,4 @@
-"""Life of one observer: pieces of stock are held one after the other, and what is chosen is judged in between."""
+"""Life of one observer, which holds one piece of stock after the other; its choices are judged in between."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -25,26 +25,26 @@ from studies.loop.recordings import Recorder
 
 # Numbers of pieces after which choices are judged, by their name in metrics.json.
 LEVELS: Mapping[str, int] = {"before": 0, "after_1": 1, "after_2": 2, "after_5": 5}
-# Sizes of stock are measured with a rule, relative standard deviation [1].
+# Relative standard deviation of the sizes of stock, which are measured with a rule.
 _SIZE_ERROR = 0.02
-# Stock is solid: little of its mass is unseen. Chosen after a first run with the default, a fifth, by which a density
-# is known to a fifth and no better.
+# Unseen share of the mass of stock, which is solid. It was lowered after a first run with the default, a fifth, with
+# which a density cannot be known better than to a fifth.
 _IDENTIFICATION = replace(DEFAULT_SETTINGS, num_samples=500, unseen_share=0.02)
 
 
 class Judged(NamedTuple):
-    """Choice that was judged by the true inertias."""
+    """Choice judged with the true inertias."""
 
-    is_right: float  # 1 if no usable option costs less, else 0; not a number if no option can do the task
-    regret: float  # cost in excess of that of the best option, as a fraction of it
+    is_right: float  # 1 if no usable option costs less, else 0; NaN if no option can do the task
+    regret: float  # cost above that of the best option, as a fraction of the best cost
 
 
-# Ten inertial parameters of tools about To, expressed in T, (10,), with their true densities, by name.
+# Ten inertial parameters of tools about To, expressed in T, (10,), for their true densities, by name of the tool.
 type Truths = Mapping[str, Array]
 
 
 def draw_truth(tool: Tool, deviation: float, rng: np.random.Generator) -> Array:
-    """Draws the true parameters, (10,), of a tool; each of its materials has one deviation from its mean there."""
+    """Draws the true parameters, (10,), of a tool, with one deviation from the mean for each of its materials."""
     features = measure_features(tool, VisionError(), rng)
     materials = [part.material.name for part in tool.components]
     means = {part.material.name: part.material.density for part in tool.components}
@@ -54,9 +54,9 @@ def draw_truth(tool: Tool, deviation: float, rng: np.random.Generator) -> Array:
 def live(
     place: Path, recorder: Recorder, pieces: Sequence[Tool], settings: Settings, rng: np.random.Generator
 ) -> Iterator[MaterialMemory]:
-    """Holds pieces of stock in random order; yields the recalled memory before the first and after each.
+    """Holds pieces of stock in random order; yields the recalled memory before the first and after each piece.
 
-    The generator draws the order, the true densities and all errors; the lasting memory is a file.
+    ``rng`` draws the order, the true densities and all errors; ``place`` is the file of the lasting memory.
     """
     with open_memory(place) as ledger:
         yield ledger.recall(settings.learner, settings.prior)
@@ -84,20 +84,20 @@ def judge(
     num_samples: int,
     rng: np.random.Generator,
 ) -> Judged:
-    """Judges the option that is advised under a memory by the true inertias, along the motions that are planned."""
+    """Judges the option advised under a memory by its cost with the true inertias, along the planned motions."""
     ranking = rank_draws(choice, choice.draw(memory, rng, num_samples), rng, criterion=criterion)
     costs = find_true_costs(choice, truths, criterion)
     names = [option.name for option in choice.options]
     best = float(costs.min())
     if not np.isfinite(best):
         return Judged(np.nan, np.nan)
-    # Where nothing is usable under the belief, one takes what is ranked first.
+    # If nothing is usable under the belief, the option that is ranked first is taken.
     chosen = float(costs[names.index(ranking.ranked[0].option.name)])
     return Judged(float(chosen <= best), (chosen - best) / best if np.isfinite(chosen) else 1.0)
 
 
 def is_mass_covered(choice: Choice, memory: MaterialMemory, truths: Truths, rng: np.random.Generator) -> list[bool]:
-    """Checks for each tool whether the 90 % interval of its predicted mass holds the true one."""
+    """Checks for each tool whether the 90 % interval of its predicted mass contains the true mass."""
     masses = choice.draw(memory, rng, 2000).parameters[:, :, 0]
     low, high = np.quantile(masses, [0.05, 0.95], axis=1)
     first = {option.object_name: i for i, option in reversed(list(enumerate(choice.options)))}

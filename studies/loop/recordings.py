@@ -1,4 +1,4 @@
-"""Recordings as a user makes them: a motion with an empty hand and again with a load, and errors of real signals."""
+"""Simulated recordings like a user's: a motion with an empty hand and with a load, with errors of real signals."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from affordance.robots.robot import Robot
 
 _DURATION, _RATE = 12.0, 100.0  # [s], [Hz]
 _HARMONICS, _BASE = 4, 0.1  # number of sines at each joint, and their lowest frequency, [Hz]
-# Largest amplitude of a joint's motion, [rad], and share of the way to its limits and of its speed that it takes.
+# Largest amplitude of a joint's motion, [rad], and largest share of the way to its limits and of its speed limit.
 _AMPLITUDE, _SHARE = 0.6, 0.8
 
 
@@ -21,35 +21,35 @@ class Signals(NamedTuple):
     """Errors of a robot's joint signals."""
 
     kind: SignalKind  # kind of the signal
-    gain_sd: float  # relative standard deviation of each joint's gain, drawn once for a robot
-    # Mean and standard deviation of friction as a share of the load, drawn once for a robot.
+    gain_sd: float  # relative standard deviation of each joint's gain, drawn once per robot
+    # Mean and standard deviation of friction as a fraction of the load, drawn once per robot.
     load_friction: tuple[float, float]
-    # Standard deviations of Coulomb friction, viscous friction at 1 rad/s, and offset, as shares of the joint's
+    # Standard deviations of Coulomb friction, viscous friction at 1 rad/s, and offset, as fractions of the joint's
     # torque limit.
     friction: tuple[float, float, float]
-    noise_sd: float  # standard deviation of an error, as a share of the joint's torque limit
-    agreement: float  # time over which errors agree, [s]
+    noise_sd: float  # standard deviation of the error, as a fraction of the joint's torque limit
+    agreement: float  # correlation time of the errors, [s]
 
 
-# Of a Panda's torque sensors and a UR10e's motors, as recordings show them (docs/decisions/0020-recorded-data.md):
-# residuals of some thousandths of the limit that agree over a fifth of a second, gains within 1 and 2 %, motors that
-# lose 3 to 10 % of the load.
+# Errors of a Panda's torque sensors and a UR10e's motors, from recordings (docs/decisions/0020-recorded-data.md):
+# residuals of a few thousandths of the limit, correlated over a fifth of a second; gains within 1 and 2 %; motors
+# that lose 3 to 10 % of the load.
 TORQUE_SENSORS = Signals(SignalKind.JOINT_TORQUE, 0.01, (0.0, 0.0), (0.003, 0.003, 0.003), 0.002, 0.2)
 MOTORS = Signals(SignalKind.MOTOR_TORQUE, 0.02, (0.06, 0.03), (0.02, 0.013, 0.007), 0.004, 0.2)
 
 
 class Recorder(NamedTuple):
-    """Robot that records itself."""
+    """Simulated robot that records its own joint signals."""
 
     chain: SerialChain  # chain of the arm up to the hand
     tau_max: Array  # torque limits, (n,), [N m]
     signals: Signals  # errors of its signals
     gain: Array  # gain of each joint, (n,)
-    load_friction: Array  # friction as a share of the load at each joint, (n,)
-    motion: tuple[Array, Array, Array]  # angles, rates and accelerations of the motion, (N, n) each
+    load_friction: Array  # friction as a fraction of the load at each joint, (n,)
+    motion: tuple[Array, Array, Array]  # angles, rates and accelerations along the motion, (N, n) each
 
     def record(self, pi: Array, rng: np.random.Generator, name: str) -> Runs:
-        """Records the motion with an empty hand, and with a load of ten parameters pi, (10,)."""
+        """Records the motion with an empty hand, and with a load that has the ten parameters pi, (10,)."""
         empty = self._record(np.zeros(10), rng, f"{name}, empty")
         return Runs(self._record(pi, rng, name), (empty,))
 
@@ -67,7 +67,7 @@ class Recorder(NamedTuple):
 
 
 def build_recorder(robot: Robot, signals: Signals, rng: np.random.Generator) -> Recorder:
-    """Builds the recorder of a robot, with gains and load friction drawn for it, and a motion about its home."""
+    """Builds the recorder of a robot, with random gains and load friction and a motion about its home posture."""
     n = len(robot.home)
     mean, sd = signals.load_friction
     return Recorder(
@@ -81,7 +81,7 @@ def build_recorder(robot: Robot, signals: Signals, rng: np.random.Generator) -> 
 
 
 def move(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """Moves every joint about home by a sum of slow sines, within its limits; angles, rates and accelerations."""
+    """Builds a motion of every joint about home, a sum of slow sines within limits: angles, rates, accelerations."""
     times = np.arange(0.0, _DURATION, 1.0 / _RATE)[:, None]
     limits = robot.limits
     room = np.minimum(robot.home - limits.q_lower, limits.q_upper - robot.home)
@@ -99,7 +99,7 @@ def move(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array, Array]:
 
 
 def draw_errors(num_rows: int, num_joints: int, agreement: float, rng: np.random.Generator) -> Array:
-    """Draws errors of unit variance that agree over a number of rows (first-order autoregression), (rows, joints)."""
+    """Draws unit-variance errors, (rows, joints), autocorrelated over a number of rows (first order)."""
     a = max(0.0, (agreement - 1.0) / (agreement + 1.0))
     errors = rng.standard_normal((num_rows, num_joints))
     for k in range(1, num_rows):

@@ -1,8 +1,8 @@
-"""Things of one's own: hammers, mallets and kitchen tools of random sizes, to test intervals of predicted masses.
+"""Observers' own things: hammers, mallets and kitchen tools of random sizes, to test intervals of predicted masses.
 
-Five tools that all observers share are five draws of the error of sight. Here each observer has a hammer, a mallet, a
-pan and one more kitchen tool of its own, of sizes as shops list them (``recorded/solids``). Heads hold the end of
-their handle, as real ones do, which no picture shows; pans and beakers are open and thin.
+Five tools shared by all observers would be only five draws of the error of sight. Each observer therefore gets its
+own hammer, mallet, pan and one more kitchen tool, with sizes as shops list them (``recorded/solids``). As in real
+tools, heads contain the end of their handle, which no picture shows; pans and beakers are open and thin.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 
 _ROUND = 32  # corners of a circle
-_STEEL = 7850.0  # density by which heads are sized, [kg/m^3]
+_STEEL = 7850.0  # density from which the size of a head follows, [kg/m^3]
 _MM = 1e3
 
 
@@ -89,19 +89,19 @@ def _put_on_handle(length: float, thick: float, radius: float, width: float, mat
 
 
 def _lie(profile: Sequence[tuple[float, float]]) -> Manifold:
-    """Makes the solid of revolution about Tx of a line of points, distance along the axis and radius, [m]."""
+    """Builds a solid of revolution about Tx from a profile of points (distance along the axis, radius), [m]."""
     return _stand(profile).rotate((0.0, 90.0, 0.0))
 
 
 def _stand(profile: Sequence[tuple[float, float]]) -> Manifold:
-    """Makes the solid of revolution about Tz, in millimetres, for which the library's tolerances are made."""
+    """Builds a solid of revolution about Tz, in millimetres, the unit for which the library's tolerances are set."""
     outline = [(r, x) for x, r in profile]
     outline = [(0.0, profile[0][0]), *outline, (0.0, profile[-1][0])]
     return CrossSection([[(_MM * r, _MM * x) for r, x in outline]]).revolve(_ROUND)
 
 
 def _build(name: str, bodies: _Bodies, materials: Mapping[str, Material]) -> Tool:
-    """Builds a tool of bodies, each with its frame in its centroid."""
+    """Builds a tool from bodies, each with its frame at its centroid."""
     parts = []
     for body, material in bodies:
         mesh = body.to_mesh64()

@@ -37,9 +37,9 @@ CRITERIA = (Criterion.WORK, Criterion.GRIP)
 # Tools that hammer; kitchen tools only reach.
 _HAMMERS, _KITCHEN = "tools.yaml", "uncommon.yaml"
 _SAMPLES = 1000
-# Of `rank_seconds`: numbers of options and of samples of the belief.
+# Numbers of options and of belief samples for `rank_seconds`.
 _TIMED_OPTIONS, _TIMED_SAMPLES = 10, 10_000
-# After all pieces a robot chooses well if this many choices are right, or if no more is lost.
+# After all pieces, a robot chooses well if at least this share of choices is right, or at most this regret is left.
 _RIGHT, _REGRET = 0.95, 0.01
 
 
@@ -53,12 +53,12 @@ class LoopConfig:
 
 
 class Bench(NamedTuple):
-    """Robot with all that is chosen from and held: planned once, as every observer sees the same tools."""
+    """Robot with its stock, tools and plans; it is planned once because every observer sees the same tools."""
 
     robot: Robot
-    settings: Settings  # settings, with its arm
+    settings: Settings  # settings, with the robot as arm
     pieces: Sequence[Tool]  # pieces of stock
-    tools: Sequence[Tool]  # tools, three hammers and two of a kitchen
+    tools: Sequence[Tool]  # three hammers and two kitchen tools
     tasks: Mapping[str, TaskCostModel]  # tasks by name
     choices: Mapping[str, Choice]  # planned options by task
 
@@ -84,10 +84,10 @@ def build_bench(config: LoopConfig) -> Bench:
 class Life(NamedTuple):
     """Observer with its true tools and its memories."""
 
-    rng: np.random.Generator  # random generator of all that is still to be drawn
+    rng: np.random.Generator  # generator for all further draws
     truths: Truths  # tools with their true inertias
-    memories: Mapping[int, MaterialMemory]  # memory by the number of pieces that were held
-    taught: float  # share of the recordings that were learned from; the others were doubted
+    memories: Mapping[int, MaterialMemory]  # memory after each number of pieces held
+    taught: float  # share of the recordings that the memory learned from; the others were rejected
 
 
 def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
@@ -105,17 +105,18 @@ def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
 def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer's life.
 
-    Returns: ``right`` and ``regret``, (levels, tasks, criteria); ``known``, both for an observer that knows materials
-        exactly, (tasks, criteria, 2); ``covered``, (levels, tools), and ``own_covered``, (levels, own things);
-        ``taught``, the share of recordings that taught;
-        ``spread``, the excess cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria).
-        Not a number where no option can do the task with the true inertias.
+    Returns:
+        ``right`` and ``regret``, (levels, tasks, criteria); ``known``, both for an observer that knows materials
+        exactly, (tasks, criteria, 2); ``covered``, (levels, tools), and ``own_covered``, (levels, own things),
+        whether intervals contain the true mass; ``taught``, the share of recordings that taught; and ``spread``, the
+        excess cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria). NaN where no
+        option can do the task with the true inertias.
     """
     bench = build_bench(config)
     rng, truths, memories, taught = start_life(config, bench, repeat)
     shape = (len(LEVELS), len(TASKS), len(CRITERIA))
     right, regret, covered = np.zeros(shape), np.zeros(shape), np.zeros((len(LEVELS), len(bench.tools)))
-    # One who knows every material, but not by what a piece or a tool deviates from it.
+    # An observer that knows every material, but not how a piece or a tool deviates from it.
     informed = MaterialMemory.from_densities(
         {part.material.colour: part.material.density for tool in bench.tools for part in tool.components}
     )
@@ -145,7 +146,7 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def see_things(config: LoopConfig, bench: Bench, repeat: int) -> tuple[Choice, Truths]:
-    """Lets an observer see things of its own; returns them as options without a plan, and their true inertias."""
+    """Lets an observer see its own things; returns them as options without a plan, and their true inertias."""
     drawn, seed = np.random.default_rng([config.seed, repeat, 18]), int(1e6) * config.seed + repeat
     things = draw_things(drawn, load_materials(MODELS / "materials.yaml"))
     truths = {thing.name: draw_truth(thing, bench.settings.prior.deviation, drawn) for thing in things}
@@ -162,12 +163,13 @@ def _find_spread(choice: Choice, truths: Truths, criterion: Criterion) -> float:
 def describe_robot(
     arrays: Mapping[str, NDArray[Any]], tasks: Sequence[str] = TASKS
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Describes what was found on a robot.
+    """Summarises the results on a robot.
 
-    Returns: Content of metrics.json: for the criterion in which options differ most the shares of right choices and
-        the regret by level, over both tasks, the share of recordings that taught, and the coverage of predicted
-        masses of own things and of the tools after all pieces; and details: right choices and regret by task and
-        criterion, with 95 % intervals.
+    Returns:
+        Content of metrics.json, for the criterion in which options differ most: shares of right choices and regret by
+        level, over both tasks; the share of recordings that taught; and the coverage of predicted masses of own
+        things and of the tools after all pieces. Then details: right choices and regret by task and criterion, with
+        95 % intervals.
     """
     best = int(np.argmax(np.nanmean(arrays["spread"], axis=(0, 1))))
     right, regret = (np.nanmean(arrays[name][..., best], axis=2) for name in ("right", "regret"))
@@ -195,7 +197,7 @@ def describe_robot(
 
 
 def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Summarises all robots by the worst of them, for claims."""
+    """Returns the worst value over all robots for each claim."""
     each = list(robots.values())
     return {
         "settled": float(
@@ -210,7 +212,7 @@ def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float
 
 
 def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, int]) -> dict[str, Any]:
-    """Describes the choices of one kind at one level; nulls where no option can do the task in any world."""
+    """Summarises the choices for one task and criterion at one level; null if no option can ever do the task."""
     hits = arrays["right"][:, *place]
     hits = hits[np.isfinite(hits)]
     share = estimate_proportion(np.array(hits.sum()), max(len(hits), 1))
@@ -223,18 +225,18 @@ def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, in
 
 
 def _average(values: Array) -> float | None:
-    """Averages the numbers of worlds in which the task can be done; None if there is none."""
+    """Returns the mean over observers whose task can be done; None if there are none."""
     found = values[np.isfinite(values)]
     return float(found.mean()) if len(found) else None
 
 
 def time_ranking(config: LoopConfig) -> dict[str, float]:
-    """Times the ranking of ten options under 10,000 beliefs: planned for the first time, and again, [s]."""
+    """Measures the time to rank ten options under 10,000 beliefs, with planning and again without it, [s]."""
     bench = build_bench(config)
     options = bench.choices["reach"].options[:_TIMED_OPTIONS]
     settings = Settings(arm=bench.settings.arm, angle_margin=bench.settings.angle_margin * (1.0 + 1e-12))
     times = []
-    for _ in range(2):  # settings that nothing was planned with before
+    for _ in range(2):  # new settings, for which nothing has been planned
         begin = perf_counter()
         choice, rng = plan_options(options, bench.tasks["reach"], settings), np.random.default_rng(0)
         rank_draws(choice, choice.draw(MaterialMemory(), rng, _TIMED_SAMPLES), rng, bounds=GripBounds())

@@ -1,1 +1,1 @@
-"""Payloads of simulated robots, whose truth is known, and the methods of others side by side."""
+"""Study of simulated payloads with known truth, and a comparison with other methods."""

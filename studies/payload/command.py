@@ -26,9 +26,9 @@ from studies.recorded.clones import UR10E_LOAD, load_ur10e
 from studies.recorded.mistake_outcomes import Case
 from studies.study import Findings, Study, Work, add_only, print_table, run_kept
 
-_NUM_WINDOWS = 100  # payloads put into windows of the Panda's recording
+_NUM_WINDOWS = 100  # number of payloads injected into windows of the Panda's recording
 _MOST_PAIRS = Whole(0, 10_000)
-_FEW = 2000  # samples that suffice for a verdict
+_FEW = 2000  # number of samples that suffices for a verdict
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -98,7 +98,7 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
 
 
 def _print_coverage(arm: str, table: dict[str, Any]) -> None:
-    """Prints coverage at 50, 80 and 90 % by level of each factor, a star where it is significantly low."""
+    """Prints coverage at 50, 80 and 90 % for each level of each factor, with a star where it is significantly low."""
     print(f"{arm}: {table['loads']} loads, {table['refused']} refused, {table['doubted']} doubted")
     rows = []
     for factor, levels in table["coverage"].items():

@@ -1,4 +1,4 @@
-"""Coverage of the intervals of simulated payloads, by level of each factor, and errors of the means."""
+"""Coverage of the intervals of simulated payloads for each level of each factor, and errors of the means."""
 
 import time
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ from studies.recorded.peers import solve_least_squares
 from studies.recorded.solids import CLASSES
 
 SHARES = (0.5, 0.8, 0.9)
-# Quantities in the order of their columns: mass, centre of mass coordinate by coordinate, and moments.
+# Quantities in column order: mass, coordinates of the centre of mass, and moments.
 GROUPS = {"mass": MASS, "c_x": slice(1, 2), "c_y": slice(2, 3), "c_z": slice(3, 4), "moments": MOMENTS}
-# Error probability of all cells together at which coverage is called too low.
+# Family-wise error probability, over all cells, for calling coverage too low.
 _LEVEL = 0.01
 # Edges of the levels of mass, [kg], duration, [s], and speed, [rad/s].
 _EDGES = {"mass": (0.5, 1.5), "length": (15.0, 30.0), "speed": (0.3, 0.55)}
@@ -52,17 +52,17 @@ class Cell(NamedTuple):
         return float((middle - half) / (1.0 + width)), float((middle + half) / (1.0 + width))
 
     def is_low(self, nominal: float, num_cells: int) -> bool:
-        """Tests whether coverage is below the nominal one, one-sided and corrected for the number of cells."""
+        """Tests whether coverage is below nominal, one-sided and corrected for the number of cells."""
         return bool(scipy.stats.binom.cdf(self.covered, self.number, nominal) < _LEVEL / num_cells)
 
 
 def run_load(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Simulates and identifies one load; classes of solids take turns.
+    """Simulates and identifies one load; classes of solids are taken in turn.
 
-    Returns: ``place``, probability of the posterior below the truth; ``truth``, ``mean``, ``sd`` and
-        ``least_squares``, with the same gains and load friction, in the order of QUANTITIES, (10,) each; ``factors``;
-        ``trusted``, 1 without doubts; ``doubts`` in words; ``seconds`` of CPU. What is found is NaN where the
-        recording was refused.
+    Returns:
+        ``place``, posterior probability below the truth; ``truth``, ``mean``, ``sd`` and ``least_squares`` (with the
+        same gains and load friction), in the order of QUANTITIES, (10,) each; ``factors``; ``trusted``, 1 without
+        doubts; ``doubts`` in words; ``seconds`` of CPU. Results are NaN if the recording was refused.
     """
     rng = np.random.default_rng((config.seed, sorted(ARMS).index(config.arm), repeat))
     names = tuple(CLASSES)
@@ -112,7 +112,7 @@ def _identify(drawn: Recordings, seed: int) -> dict[str, NDArray[Any]]:
 
 
 def tabulate(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Counts coverage by level of each factor, and compares errors of means with those of least squares."""
+    """Computes coverage for each level of each factor, and compares errors of means with those of least squares."""
     ran = np.isfinite(found["trusted"])
     place, levels = found["place"][ran], _list_levels(found["factors"][ran])
     num_cells = sum(len(each) for each in levels.values()) * len(SHARES) * 4
@@ -160,7 +160,7 @@ def _count(place: Array, share: float, num_cells: int) -> dict[str, Any]:
 
 
 def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
-    """Lists which loads belong to each level of each factor."""
+    """Returns masks of the loads that belong to each level of each factor."""
     solid, paired, mass, length, speed, cable = factors.T
     levels = {"all": {"all": np.ones(len(factors), dtype=bool)}}
     levels["solid"] = {name: solid == number for number, name in enumerate(CLASSES)}
@@ -179,7 +179,7 @@ def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
 def _compare_means(
     found: Mapping[str, NDArray[Any]], levels: Mapping[str, Mapping[str, NDArray[np.bool_]]]
 ) -> dict[str, Any]:
-    """Computes root mean squares of errors of the mean, of least squares, and of what is stated; mass and centre."""
+    """Computes root mean square errors of mean and least squares, and stated errors, for mass and centre of mass."""
     rows: dict[str, Any] = {}
     for factor in ("all", "runs", "mass"):
         for level, of_level in levels[factor].items():

@@ -1,8 +1,8 @@
-"""Sizes of the errors of simulated recordings, each with its source.
+"""Sizes of the errors in simulated recordings, each with its source.
 
-They were written down before the model of errors in identification was changed. One was mended after tables of both
-had been seen: gains of currents differed by 1.5 % between the two runs of a pair, as if an hour of warming up lay
-between them. That is now the drift from session to session, and both tables were computed again.
+They were written down before the error model of identification was changed. One was corrected after tables of both
+models had been seen: gains of currents differed by 1.5 % between the two runs of a pair, as after an hour of warming
+up. This is now the drift between sessions, and both tables were computed again.
 """
 
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ _HERE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class ArmErrors:
-    """Sizes of the errors of one arm, joint by joint where a tuple is given; SD unless said otherwise."""
+    """Sizes of one arm's errors, for each joint where a tuple is given; SD unless said otherwise."""
 
     robot: Path  # robot's file
     tip: str  # link that carries the payload
     kind: SignalKind
     home: tuple[float, ...]  # middle of all motions, [rad]
-    signal_per_torque: tuple[float, ...]  # mean signal for one newton metre
+    signal_per_torque: tuple[float, ...]  # mean signal per newton metre
     coulomb: tuple[float, ...]  # friction at low speed, [N m]
     viscous: tuple[float, ...]  # friction per speed, [N m s/rad]
     rotor_inertia: tuple[float, ...]  # inertia of the rotors, seen at the joint, which a robot's file lacks, [kg m^2]
-    load_friction: tuple[float, float]  # least and largest share of the load that is lost in friction
+    load_friction: tuple[float, float]  # smallest and largest share of the load that friction takes
     scale_common: float  # relative error of all gains, the same in every run
     scale_own: float  # relative error of each gain, the same in every run
     drift_common: float  # relative error of all gains in one session
@@ -33,34 +33,34 @@ class ArmErrors:
     change_common: float  # relative change of all gains from run to run of a session
     change_own: float  # relative change of each gain from run to run of a session
     offset: float  # offset of the signal in one run, [N m]
-    noise: tuple[float, ...]  # errors that neighbouring samples share, [N m]
-    agreement: tuple[float, float]  # least and largest time constant of these errors, [s]
-    masses: tuple[float, float]  # least and largest mass of a load, [kg]
+    noise: tuple[float, ...]  # errors that are correlated between neighbouring samples, [N m]
+    agreement: tuple[float, float]  # smallest and largest time constant of these errors, [s]
+    masses: tuple[float, float]  # smallest and largest mass of a load, [kg]
 
 
 # Stribeck: friction rises by this share of Coulomb friction towards rest, over this speed, [rad/s]. Bittencourt
 # and Gunnarsson (Static friction in a robot joint, J. Dyn. Sys. Meas. Control 134, 2012) show such a rise on an
 # ABB arm; the numbers are an assumption.
 STRIBECK_SHARE, STRIBECK_SPEED = 0.25, 0.1
-# Relative change of a joint's friction from run to run. Lubricants thin by some per cent a kelvin, and friction
-# of robot joints halves from cold to warm (Bittencourt and Gunnarsson 2012; Simoni et al., Modelling the
-# temperature in joint friction of industrial manipulators, Robotica 2019): two kelvin between runs of one
-# session.
+# Relative change of a joint's friction from run to run. Lubricants thin by a few per cent per kelvin, and the
+# friction of robot joints halves from cold to warm (Bittencourt and Gunnarsson 2012; Simoni et al., Modelling the
+# temperature in joint friction of industrial manipulators, Robotica 2019). The value is for two kelvin between runs
+# of one session.
 FRICTION_CHANGE = 0.08
 # Relative errors of each link in a robot's file: mass, and place of its centre of mass as a share of 20 cm. An
 # assumption; identified Pandas differ from each other by as much (Gaz et al., IEEE RA-L 4(4), 2019, against the
 # maker's later file).
 LINK_ERROR, LINK_LENGTH = 0.05, 0.2
-# Weight that a cable adds in half of the loaded runs, [kg], and horizontal pull as a share of that weight: 30 cm
-# of a sensor's cable of 60 g a metre, hanging from one of the last links. An assumption.
+# Weight that a cable adds in half of the loaded runs, [kg], and its horizontal pull as a share of that weight: 30 cm
+# of a sensor cable with 60 g per metre, hanging from one of the last links. An assumption.
 CABLE_MASS, CABLE_PULL, CABLE_SHARE = 0.020, 1.0, 0.5
 # Noise of encoders, of velocities by the controller, and white noise of the signal as a share of the correlated
 # one.
 ANGLE_NOISE, SPEED_NOISE, WHITE_SHARE = 1e-5, 1e-3, 1.0
 # Error of a kitchen scale, relative.
 SCALE_ERROR = 1e-3
-# Probability that a load is moved twice the same way, and bounds of the length of a run, [s], and of the root
-# mean square speed of a joint, [rad/s], both log-uniform.
+# Probability that a load is moved twice in the same way; bounds of the length of a run, [s], and of the root mean
+# square speed of a joint, [rad/s], both drawn log-uniformly.
 PAIRED, LENGTHS, SPEEDS = 0.5, (8.0, 50.0), (0.15, 1.0)
 
 # Torque sensors of a Panda. Friction and offsets of the link side: half the amplitudes of Gaz et al. 2019, and what

@@ -1,6 +1,6 @@
-"""Mistakes of a user by their size: what passes unnoticed, and how far it moves the answer.
+"""Users' mistakes of increasing size: those that pass unnoticed, and how far they move the answer.
 
-Each is made in a good pair of runs, with gains that were found before. The blind band of a mistake ends at the least
+Each mistake is made in a good pair of runs, with gains found before. The blind band of a mistake ends at the smallest
 size that is refused or doubted.
 """
 
@@ -19,9 +19,9 @@ from studies.recorded.mistake_outcomes import Case
 
 
 class SizedMistake(NamedTuple):
-    """Mistake that is made in several sizes, in increasing order."""
+    """Mistake made in several sizes, in increasing order."""
 
-    name: str  # mistake, in words
+    name: str  # description of the mistake
     unit: str  # unit of its size
     sizes: tuple[float, ...]
     make: Callable[[Case, float], Case]
@@ -33,7 +33,7 @@ class Answer(NamedTuple):
     size: float
     verdict: str  # refused, doubted, not seen, or answered
     mass: float  # mean of the mass, [kg]; NaN if refused
-    moved: float  # by which the mass has moved from that of the good pair, in the SDs that are stated
+    moved: float  # change of the mass from that of the good pair, in stated SDs
     reason: str  # first reason given
 
 
@@ -54,7 +54,7 @@ def _move(run: Run) -> tuple[Array, Array, Array]:
 
 
 def _command(case: Case, share: float) -> Case:
-    """Puts what a controller would command for the arm alone in place of a share of the measured signals."""
+    """Replaces a share of the measured signals by what a controller would command for the arm alone."""
 
     def change(run: Run) -> Run:
         robot = case.robot.with_gravity(run.description.gravity)
@@ -74,14 +74,14 @@ def _pull(case: Case, force: float) -> Case:
 
 
 def _subtract(case: Case, share: float, pi: Array) -> Case:
-    """Lets the controller subtract a share of the payload from the loaded run only, without a word."""
+    """Lets the controller subtract a share of the payload from the loaded run only, without a note."""
     run, robot = case.loaded, case.robot.with_gravity(case.loaded.description.gravity)
     torque = robot.compute_payload_regressors(*_move(run)) @ (share * pi)
     return replace(case, loaded=replace(run, signal=run.signal - _get_gain(case) * torque))
 
 
 def _delay(case: Case, milliseconds: float) -> Case:
-    """Makes the velocities of both runs late."""
+    """Delays the velocities of both runs."""
 
     def change(run: Run) -> Run:
         _, v, _ = _move(run)
@@ -92,7 +92,7 @@ def _delay(case: Case, milliseconds: float) -> Case:
 
 
 def list_mistakes(pi: Array) -> tuple[SizedMistake, ...]:
-    """Lists the mistakes, with the payload of the good pair, (10,)."""
+    """Lists the mistakes, given the payload of the good pair, (10,)."""
     factors = (1.01, 1.02, 1.03, 1.05, 1.07, 1.1, 1.2)
     return (
         SizedMistake("another controller: both signals times", "", factors, lambda c, x: _scale(c, x, both=True)),
@@ -107,7 +107,7 @@ def list_mistakes(pi: Array) -> tuple[SizedMistake, ...]:
 
 
 def measure_blind_bands(case: Case, settings: IdentificationSettings) -> dict[str, Any]:
-    """Makes every mistake in every size; returns the answers by mistake, and the good one's mass and SD, [kg]."""
+    """Makes every mistake in every size; returns the answers by mistake, and mass and SD of the good pair, [kg]."""
     good = case.identify(settings)
     found = {
         mistake.name: [_try(mistake, case, size, good, settings)._asdict() for size in mistake.sizes]
@@ -129,7 +129,7 @@ def _try(
 
 
 def list_rows(found: dict[str, Any]) -> Sequence[Sequence[str]]:
-    """Lists the rows of the table: what passes, how far it moves the mass at most, and what is noticed first."""
+    """Lists table rows: sizes that pass, their largest change of the mass, and the smallest size that is noticed."""
     rows = []
     for name, answers in found["mistakes"].items():
         passed = [each for each in answers if each["verdict"] == "answered"]

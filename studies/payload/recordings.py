@@ -1,8 +1,8 @@
-"""Simulated recordings of a payload whose truth is known, with the errors of ``errors.py``.
+"""Simulated recordings of a payload with known truth and the errors in ``errors.py``.
 
-An arm has links that differ from its file. In each run its gains, its friction and its offsets are others, friction
-depends on speed as Stribeck found, and grows with the load; errors of neighbouring samples agree; and a cable may
-pull at one of the last links. The motion is a Fourier series about a home posture.
+The arm's links differ from its file. Gains, friction and offsets differ in each run; friction depends on speed as
+Stribeck found, and grows with the load; errors of neighbouring samples are correlated; and a cable may pull at one of
+the last links. The motion is a Fourier series about a home posture.
 """
 
 from dataclasses import dataclass, replace
@@ -43,17 +43,17 @@ _GRAVITY = 9.81
 _NUM_HARMONICS = 5
 _AMPLITUDES = (0.3, 0.9)  # root mean square angle of a joint about its home, before the limits, [rad]
 _MARGIN = 0.1  # distance that motions keep from the limits of the robot's file, [rad]
-_SMOOTH = 0.01  # speed over which friction changes its sign, [rad/s]
-# Rest before and after a motion, time over which it gathers speed, and what the loaded run misses of the first
-# rest, [s].
+_SMOOTH = 0.01  # speed range over which friction changes its sign, [rad/s]
+# Rest before and after a motion, time in which it gathers speed, and the part of the first rest that is missing from
+# the loaded run, [s].
 _REST, _RAMP, _MISSED = 0.5, 1.0, (0.0, 0.3)
-# Load by which gains of currents are found, [kg], its distance from the flange, [m], and the length, [s], and speed,
+# Load for finding the gains of currents, [kg], its distance from the flange, [m], and the length, [s], and speed,
 # [rad/s], of that pair of runs.
 _WEIGHED, _AWAY, _WEIGHED_LENGTH, _WEIGHED_SPEED = 3.0, 0.06, 30.0, 0.4
 
 
 class Factors(NamedTuple):
-    """What was drawn for one load."""
+    """Random factors of one load."""
 
     solid: str  # class of solids
     paired: bool  # true if the loaded run repeats the empty one
@@ -66,7 +66,7 @@ class Factors(NamedTuple):
 class Recordings(NamedTuple):
     """Recordings of one load."""
 
-    robot: SerialChain  # arm by its file
+    robot: SerialChain  # arm according to its file
     empty: Run
     loaded: Run
     gains: Gains | None  # gains found with a weighed load before; None for torque sensors
@@ -76,14 +76,14 @@ class Recordings(NamedTuple):
 
 @dataclass(frozen=True)
 class SimulatedArm:
-    """Arm as it is: its links, friction and sensors."""
+    """True arm: its links, friction and sensors."""
 
     errors: ArmErrors
-    robot: SerialChain  # by its file
+    robot: SerialChain  # arm according to its file
     links: Array  # true parameters of the links, shape (n, 10)
-    friction: Array  # true Coulomb and viscous friction before the change of a run, shape (n, 2), [N m]
-    load_friction: Array  # shape (n,)
-    gain: Array  # in this session, shape (n,), [unit of the signal per N m]
+    friction: Array  # true Coulomb and viscous friction, before the change from run to run, shape (n, 2), [N m]
+    load_friction: Array  # share of the load that friction takes at each joint, shape (n,)
+    gain: Array  # gains in this session, shape (n,), [unit of the signal per N m]
     agreement: float  # time constant of the errors, [s]
 
     @classmethod
@@ -105,7 +105,7 @@ class SimulatedArm:
         )
 
     def warm(self, rng: np.random.Generator) -> "SimulatedArm":
-        """Returns the arm in another session, with other gains."""
+        """Returns the arm in another session, with new gains."""
         errors, n = self.errors, self.robot.num_joints
         drift = 1.0 + errors.drift_common * rng.standard_normal() + errors.drift_own * rng.standard_normal(n)
         return replace(self, gain=self.gain * drift)
@@ -120,7 +120,7 @@ class SimulatedArm:
         cable: float = 0.0,
         start: float = 0.0,
     ) -> Run:
-        """Records a motion from a moment on, [s], with a payload, shape (10,), and a cable, [kg]."""
+        """Records a motion from time ``start``, [s], with a payload, shape (10,), and a cable, [kg]."""
         errors, n = self.errors, self.robot.num_joints
         times = np.arange(round((motion.length + 2.0 * _REST - start) * _RATE)) / _RATE
         q, v, vdot = motion.evaluate(start + times)
@@ -160,7 +160,7 @@ class SimulatedArm:
         return values
 
     def _pull(self, q: Array, v: Array, vdot: Array, cable: float, rng: np.random.Generator) -> Array:
-        """Computes the torques that hold a cable at one of the last three links, which pulls aside too, (N, n)."""
+        """Computes the torques, (N, n), that hold a cable at one of the last three links, sideways pull included."""
         links = list(self.robot.compute_link_motions(q, v, vdot))
         angle = rng.uniform(0.0, 2.0 * np.pi)
         aside = CABLE_PULL * np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -210,8 +210,8 @@ class Motion:
         return q, first * rate[:, None], second * rate[:, None] ** 2 + first * change[:, None]
 
     def _advance(self, times: Array) -> tuple[Array, Array, Array]:
-        """Computes how far the series has advanced, [s], and its first two derivatives, from rest to rest."""
-        middle = self.length - _RAMP  # time that a motion without ramps would take
+        """Computes the phase of the series, [s], and its first two derivatives, from rest to rest."""
+        middle = self.length - _RAMP  # time of an equal motion without ramps
 
         def ramp(x: Array) -> tuple[Array, Array, Array]:
             x = np.clip(x / _RAMP, 0.0, 1.0)
@@ -225,7 +225,7 @@ class Motion:
 
 
 def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator) -> Recordings:
-    """Simulates the recordings of one load of a class of solids; all factors are drawn."""
+    """Simulates the recordings of one load from a class of solids, with random factors."""
     robot = load_robot(errors.robot, errors.tip)
     mass, length, speed = (_draw_log_uniform(rng, bounds) for bounds in (errors.masses, LENGTHS, SPEEDS))
     paired = bool(rng.random() < PAIRED)
@@ -244,7 +244,7 @@ def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator) -> Recordi
 
 
 def _weigh(arm: SimulatedArm, rng: np.random.Generator) -> Gains:
-    """Finds the gains of currents by a weighed load, in a pair of runs of the day before."""
+    """Estimates the gains of currents with a weighed load, from a pair of runs of the day before."""
     motion = Motion.draw(arm.errors, arm.robot, _WEIGHED_LENGTH, _WEIGHED_SPEED, rng)
     payload = _WEIGHED * np.array([1.0, 0.0, 0.0, _AWAY, *[2.0 * _AWAY**2] * 3, 0.0, 0.0, 0.0])
     empty = arm.record(motion, rng, source="weighed, empty", payload=np.zeros(10))

@@ -1,4 +1,4 @@
-"""Mistakes of a user in simulated pairs, one for each load: the share that passes, and how far it moves the mass."""
+"""Users' mistakes in simulated pairs, one pair per load: the share that passes, and its effect on the mass."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from studies.payload.recordings import Recordings, simulate
 from studies.recorded.mistake_outcomes import Case
 from studies.recorded.solids import CLASSES
 
-_FEW = 2000  # samples that suffice for a verdict
+_FEW = 2000  # number of samples that suffices for a verdict
 
 
 @dataclass(frozen=True)
@@ -27,16 +27,17 @@ class MistakesConfig:
 
 
 def list_sizes() -> list[tuple[str, float]]:
-    """Lists all mistakes in all sizes, in the order of their columns."""
+    """Lists all mistakes in all sizes, in column order."""
     return [(mistake.name, size) for mistake in list_mistakes(np.zeros(10)) for size in mistake.sizes]
 
 
 def run_mistakes(config: MistakesConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Makes every mistake in every size in one simulated pair; classes of solids take turns.
+    """Makes every mistake in every size in one simulated pair; classes of solids are taken in turn.
 
-    Returns: ``passes``, 1 for a mistake that is neither refused nor doubted nor makes the mass unseen, ``moved``, by
-        how much the mass has moved, [kg], and ``sds``, that in the SDs stated, (K,) each; NaN where the pair itself
-        is not trusted.
+    Returns:
+        ``passes``, 1 if the mistake is neither refused nor doubted and the mass remains observable; ``moved``, the
+        change of the mass, [kg]; and ``sds``, the same in stated SDs, (K,) each; NaN if the pair itself is not
+        trusted.
     """
     rng = np.random.default_rng((config.seed, sorted(ARMS).index(config.arm), repeat))
     drawn = _simulate_pair(config.arm, tuple(CLASSES)[repeat % len(CLASSES)], rng)
@@ -64,7 +65,7 @@ def _simulate_pair(arm: str, solid: str, rng: np.random.Generator) -> Recordings
 
 
 def tabulate_mistakes(found: Mapping[str, NDArray[Any]]) -> list[dict[str, Any]]:
-    """Counts the pairs in which each mistake passes, and how far it then moves the mass, a row for each size."""
+    """Counts the pairs in which each mistake passes, and its effect on the mass; one row for each size."""
     rows = []
     for column, (name, size) in enumerate(list_sizes()):
         ran = np.isfinite(found["passes"][:, column])

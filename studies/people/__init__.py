@@ -1,1 +1,1 @@
-"""Experiments that people have done, and their results."""
+"""Published experiments with people, and their results."""

@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def plan(arguments: argparse.Namespace) -> Work:
     """Checks the values of kappa and the settings."""
     if not 0.0 < arguments.lowest < arguments.highest:
-        problem = f"is {arguments.lowest:g}, must be more than 0 and less than --highest, {arguments.highest:g}"
+        problem = f"is {arguments.lowest:g}, must be above 0 and below --highest, {arguments.highest:g}"
         raise BadValueError("--lowest", "", problem)
     settings = change_by_name(arguments)
     check_closed_form(settings)
@@ -72,7 +72,7 @@ def _work(arguments: argparse.Namespace, setup: Setup, folder: Path) -> Iterator
 
 def _print_fit(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:
     print(f"{learner.name}: kappa {fit.kappa:.3f}, 95 % interval {fit.low:.3f} to {fit.high:.3f}", end="")
-    print("" if fit.is_bounded else ", which what was simulated does not bound on both sides")
+    print("" if fit.is_bounded else ", an interval that the simulated values do not bound on both sides")
     for column, (group, found) in enumerate(zip(GROUPS.values(), people, strict=True)):
         at_best = np.interp(fit.kappa, fit.kappas, fit.fractions[:, column])
         print(f"    {group.name:9s} f {at_best:.2f}, people {found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]")

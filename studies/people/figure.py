@@ -10,7 +10,7 @@ from studies.people.fit import THRESHOLD, Fraction, KappaFit
 
 
 def draw_kappa_fit(fit: KappaFit, people: Sequence[Fraction], title: str) -> Figure:
-    """Draws the learned fraction over kappa in each group, next to people's, and the likelihood of kappa."""
+    """Plots the learned fraction against kappa for each group, people's fractions, and the likelihood of kappa."""
     figure = Figure(figsize=(9.0, 3.9))
     left, right = figure.subplots(1, 2)
     for column, (group, found, colour) in enumerate(zip(GROUPS.values(), people, OBJECT_COLOURS, strict=False)):
@@ -29,7 +29,7 @@ def draw_kappa_fit(fit: KappaFit, people: Sequence[Fraction], title: str) -> Fig
     right.set(
         ylim=(max(-8.0, float(fit.log_likelihood.min()) - 0.5), 0.5),
         xlabel="kappa",
-        ylabel="log likelihood less its largest value",
+        ylabel="log likelihood minus its maximum",
     )
     right.set_title(f"kappa = {fit.kappa:.3f}, 95 % interval {fit.low:.3f} to {fit.high:.3f}", fontsize=FONT_SIZE)
     figure.suptitle(title, fontsize=FONT_SIZE + 1)

@@ -1,12 +1,12 @@
 """Fit of kappa to the two groups of Linear+ and Linear++, with its confidence interval.
 
-The learned fraction f of each group is compared between people and simulated observers. Its error in people follows
-from the published intervals; simulated means have an error too, which is included. With Gaussian errors
+The learned fraction f of each group is compared between people and simulated observers. The error of people's f
+follows from the published intervals; the error of simulated means is included too. With Gaussian errors
 
     log L(kappa) = -1/2 sum over groups (f_people - f(kappa))^2 / (se_people^2 + se(kappa)^2) - log of their roots
 
-Only kappa is free, so this is its profile likelihood; the 95 % interval is where it is within 1.92 of its maximum.
-Between the simulated values of kappa, f and its error are interpolated linearly.
+Only kappa is free, so this is its profile likelihood. The 95 % interval contains all kappa whose log likelihood is
+within 1.92 of the maximum. Between the simulated values of kappa, f and its error are interpolated linearly.
 """
 
 import math
@@ -45,9 +45,9 @@ class Fraction(NamedTuple):
 
 
 def estimate_people_fraction(group: Group) -> Fraction:
-    """Estimates the learned fraction of people, with its error to first order for independent forces.
+    """Estimates the learned fraction of people; its error is of first order and assumes independent forces.
 
-    Means and 95 % intervals by Student's t are published; the covariance of the two forces over people is not.
+    Means and 95 % intervals (Student's t) are published, but not the covariance of the two forces across people.
     """
     end, family, weight = (group.people[name] for name in ("end_N", "family_N", "weight_N"))
     quantile = float(student_t.ppf(0.5 + _CONFIDENCE / 2.0, group.num_people - 1.0))
@@ -58,7 +58,7 @@ def estimate_people_fraction(group: Group) -> Fraction:
 
 
 def _estimate_se(published: Published, quantile: float) -> float:
-    """Computes the standard error behind a published interval."""
+    """Computes the standard error from a published interval."""
     return 0.5 * (published.high - published.low) / quantile
 
 
@@ -69,8 +69,8 @@ class KappaFit(NamedTuple):
     fractions: Array  # mean learned fraction of simulated observers, (K, groups)
     fraction_ses: Array  # standard errors of these means, (K, groups)
     grid: Array  # values of kappa at which the likelihood was computed, (N,)
-    log_likelihood: Array  # Log-likelihood on the grid, minus its maximum, (N,)
-    kappa: float  # Maximum-likelihood estimate
+    log_likelihood: Array  # log likelihood on the grid, minus its maximum, (N,)
+    kappa: float  # maximum likelihood estimate
     low: float  # lower end of the 95 % interval; the smallest simulated value if the likelihood does not bound it
     high: float  # upper end of the 95 % interval; the largest simulated value if the likelihood does not bound it
 
@@ -81,7 +81,7 @@ class KappaFit(NamedTuple):
 
 
 def simulate_fraction(setup: Setup, tools: Sequence[Tool], kappa: float) -> tuple[float, float]:
-    """Computes the mean learned fraction of simulated observers, at least 2, and its standard error."""
+    """Computes the mean learned fraction of at least 2 simulated observers, and its standard error."""
     parts = [part.tolist() for part in np.array_split(np.arange(setup.observers), setup.jobs) if len(part)]
     tasks = [partial(find_fractions, setup, tools, kappa, part) for part in parts]
     fractions = np.concatenate(run_tasks(tasks, jobs=setup.jobs, description=f"kappa {kappa:.3f}"))
@@ -89,7 +89,7 @@ def simulate_fraction(setup: Setup, tools: Sequence[Tool], kappa: float) -> tupl
 
 
 def find_fractions(setup: Setup, tools: Sequence[Tool], kappa: float, observers: Sequence[int]) -> list[float]:
-    """Computes the learned fractions of observers, whose categories have a breadth of kappa."""
+    """Computes the learned fractions of observers whose breadth of a category is kappa."""
     sizes = {tool.name: compute_volume(tool) for tool in tools}
     fractions = []
     changed = setup.change(learner=setup.settings.learner.change(kappa=kappa))
@@ -100,9 +100,13 @@ def find_fractions(setup: Setup, tools: Sequence[Tool], kappa: float, observers:
 
 
 def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list[Fraction]) -> KappaFit:
-    """Finds kappa and its interval from increasing simulated values, (K,), and learned fractions, (K, groups).
+    """Estimates kappa and its interval.
 
-    The latter are means of observers with their standard errors; those of people are given for each group.
+    Args:
+        kappas: Simulated values of kappa, increasing, (K,).
+        fractions: Mean learned fractions of simulated observers, (K, groups).
+        fraction_ses: Standard errors of these means, (K, groups).
+        people: Learned fraction of people in each group.
     """
     grid = np.arange(kappas[0], kappas[-1] + 0.5 * _STEP, _STEP)
     log_likelihood = np.zeros(len(grid))
@@ -117,7 +121,7 @@ def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list
 
 
 def simulate_and_fit(setup: Setup, kappas: Array, people: list[Fraction]) -> KappaFit:
-    """Simulates both groups at each kappa, by observers of the setup's learner, and fits it to people."""
+    """Simulates both groups at each kappa with the setup's learner, and fits kappa to people."""
     groups = [linear.read(name, setup) for name in linear.GROUPS]
     found = np.array([[simulate_fraction(setup, tools, float(kappa)) for tools in groups] for kappa in kappas])
     return fit_kappa(kappas, found[..., 0], found[..., 1], people)

@@ -22,12 +22,12 @@ _UR10E_RUNS = _UR10E / "dataset_ur10e" / "identification_data"
 _PANDA = Path("FrankaEmikaPandaDynModel/matlab/data/Exciting_Traj/Trajectory_1/rbt_log")
 _LBIPE = Path("lbipe/data")
 LBIPE_OBJECTS = ("white", "red", "black")
-# Mass of the load, as its owners weighed it, [kg].
+# Mass of the load, as weighed by its owners, [kg].
 UR10E_LOAD = 2.805
 
 
 class Ur10eData(NamedTuple):
-    """Recordings of a UR10e that moves with an empty hand, then again with a load."""
+    """Recordings of a UR10e that moves with an empty hand, then repeats the motion with a load."""
 
     robot: SerialChain
     empty: Run
@@ -42,20 +42,22 @@ class PandaData(NamedTuple):
 
 
 class WeighedObject(NamedTuple):
-    """Recording of a servo arm that was moved to a thousand postures with an object in its hand."""
+    """Recording of a servo arm in a thousand postures with an object in its hand."""
 
     regressors: Array  # derivatives of the torques by mass and first moment, shape (N, joints, 4)
     arm_torque: Array  # torques of the empty arm, shape (N, joints), [N m]
-    deviation: Array  # position errors of the servos, which are the signal, shape (N, joints), [rad]
+    deviation: Array  # position errors of the servos, used as the signal, shape (N, joints), [rad]
     direction: Array  # direction from which each posture was approached, shape (N, joints)
     mass: float  # mass by a scale, [kg]
-    first_moment: Array  # first moment m p_TTcm as given by the owners, shape (3,), [kg m]
+    first_moment: Array  # first moment m p_TTcm as published by the owners, shape (3,), [kg m]
 
 
 def load_ur10e(data: Path) -> Ur10eData:
     """Reads the two recordings of the UR10e.
 
-    A file that is missing or cannot be read raises a BadValueError, a URDF of another arm a ModelFileError.
+    Raises:
+        BadValueError: A file is missing or cannot be read.
+        ModelFileError: The URDF describes another arm.
     """
     robot = load_robot(_find(data, _UR10E / "URe" / "urdf" / "ur10e.urdf"), "tool0")
     description = _HERE / "ur10e.yaml"
@@ -69,7 +71,8 @@ def load_ur10e(data: Path) -> Ur10eData:
 def load_panda(data: Path) -> PandaData:
     """Reads the recording of the Panda.
 
-    A file that is missing or cannot be read raises a BadValueError.
+    Raises:
+        BadValueError: A file is missing or cannot be read.
     """
     robot = load_robot(_HERE / "panda.urdf", "panda_link8")
     folder = _find(data, _PANDA)
@@ -88,7 +91,8 @@ def load_panda(data: Path) -> PandaData:
 def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
     """Reads the recordings of the weighed objects.
 
-    A file that is missing or cannot be read raises a BadValueError.
+    Raises:
+        BadValueError: A file is missing or cannot be read.
     """
     objects = {}
     for name in LBIPE_OBJECTS:

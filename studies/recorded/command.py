@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Reads all recordings, so that a missing clone is reported at once."""
+    """Reads all recordings first, so that a missing clone is reported at once."""
     check_whole("--injections", arguments.injections, REPEATS)
     data = arguments.data
     return partial(_work, arguments, load_ur10e(data), load_panda(data), load_weighed_objects(data))
@@ -116,7 +116,7 @@ def _work(
 def list_weighings(
     ur10e: Ur10eResult, weighed: WeighedResult, objects: Mapping[str, WeighedObject]
 ) -> tuple[list[Weighing], Weighing, list[Weighing]]:
-    """Lists the masses to draw: of the UR10e's load, of its empty hand, of the servo arm's objects."""
+    """Lists the masses to plot: of the UR10e's load, of its empty hand, and of the servo arm's objects."""
     halves, numbers, details = ur10e.halves, ur10e.numbers, ur10e.details
 
     def weigh(name: str, mean: float, sd: float, truth: float) -> Weighing:

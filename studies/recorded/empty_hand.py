@@ -1,4 +1,4 @@
-"""Apparent payload of an empty hand; unless it is zero within its error, other results cannot be trusted."""
+"""Apparent payload of an empty hand, which must be zero within its error if other results are to be trusted."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -16,12 +16,12 @@ from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
-# Prior SDs of an apparent payload, which may be of either sign: mass, first moment, moments of inertia.
+# Prior SDs of an apparent payload, which may have either sign: mass, first moment, moments of inertia.
 _SD = np.array([5.0, *[0.5] * 3, *[0.1] * 6])
 
 
 class ApparentPayload(NamedTuple):
-    """Apparent payload of an empty hand, of either sign and in general not a physically consistent body."""
+    """Apparent payload of an empty hand; it may be negative and is usually not a physically consistent body."""
 
     parameters: Array  # mean of the ten parameters, shape (10,)
     covariance: Array  # covariance of the ten parameters, shape (10, 10)
@@ -33,9 +33,9 @@ class ApparentPayload(NamedTuple):
 
 
 def weigh_empty_hand(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> ApparentPayload:
-    """Estimates the apparent payload of an empty run, each stretch predicted by an arm fitted to the others.
+    """Estimates the apparent payload of an empty run; each stretch is predicted by an arm fitted to the others.
 
-    Gains include drift.
+    ``gains`` must include drift.
     """
     run = run.arrange(robot.joint_names)
     robot = robot.with_gravity(run.description.gravity)

@@ -25,10 +25,10 @@ class Weighing(NamedTuple):
 
 
 def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Weighing]) -> Figure:
-    """Draws identified masses with their 90 % intervals next to those by a scale.
+    """Plots identified masses with 90 % intervals next to masses by a scale.
 
-    They are those of the UR10e's load by several analyses, of its empty hand, analysed as if it were loaded, and of
-    the objects on the servo arm.
+    The panels show the UR10e's load by several analyses, its empty hand analysed as if it were loaded, and the
+    objects on the servo arm.
     """
     figure = Figure(figsize=(12.0, 3.8))
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.3, 0.8, 1.1))
@@ -47,7 +47,7 @@ def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Wei
 
 
 def draw_injections(result: PandaResult) -> Figure:
-    """Draws errors of injected payloads with their 90 % bounds, and coverage by the assumed noise."""
+    """Plots errors of injected payloads with their 90 % bounds, and coverage for each assumption about noise."""
     figure = Figure(figsize=(12.0, 4.0))
     left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
     for k, (length, each) in enumerate(result.injections.items()):
@@ -75,7 +75,7 @@ def draw_injections(result: PandaResult) -> Figure:
 
 
 def draw_peers(peers: dict[str, dict[str, float]]) -> Figure:
-    """Draws errors and times of the compared methods."""
+    """Plots errors and times of the compared methods."""
     figure = Figure(figsize=(9.0, 3.4))
     left, right = figure.subplots(1, 2)
     colours = ["#999999", "#555555", OBJECT_COLOURS[0]]

@@ -1,7 +1,7 @@
-"""Outcomes of identification with mistakes that users make in a good pair of runs.
+"""Outcomes of identification when users make a mistake in a good pair of runs.
 
-An answer is right if the mass is the true one and the centre of mass that of the good pair, within errors; of a
-weighed load, gains are compared in place of the mass, unless the mistake is one of the sensors.
+An answer is right if its mass is the true one and its centre of mass that of the good pair, within errors. If the
+load was weighed, gains are compared instead of the mass, unless the mistake concerns the sensors.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,7 +18,7 @@ from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
-# A wrong answer is one farther from that of the good pair than this: relative error, standard deviations, [m].
+# An answer is wrong if it differs from that of the good pair by more than this: relative error, SDs, [m].
 _RELATIVE, _SDS, _PLACE = 0.1, 3.0, 0.02
 _VERDICTS = ("refused", "not_trusted", "right", "wrong_silent")
 
@@ -31,7 +31,7 @@ class Case:
     empty: Run  # run with an empty hand
     loaded: Run  # run with the load, of the same motion
     mass: float  # true mass of the load, [kg]
-    gains: Gains | None = None  # gains of an earlier run; None for a weighed load, and for signals that are torques
+    gains: Gains | None = None  # gains of an earlier run; None if the load was weighed, or if signals are torques
     reference_mass: float | None = None  # mass of the load by a scale, [kg]; None if it was not weighed
 
     def identify(self, settings: IdentificationSettings) -> PayloadBelief:
@@ -48,23 +48,24 @@ class Case:
 class Mistake(NamedTuple):
     """Mistake of a user."""
 
-    name: str  # mistake, in words
-    make: Callable[[Case], Case]  # function that makes it in a good case
+    name: str  # description of the mistake
+    make: Callable[[Case], Case]  # function that makes the mistake in a good case
     can_be_seen: bool = True  # false if the data cannot show it
-    # True if it is one of the sensors, alike in both runs, so that gains of a weighed load contain it.
+    # True if the mistake concerns the sensors and is the same in both runs, so that gains of a weighed load contain
+    # it.
     of_sensors: bool = False
 
 
 class Outcome(NamedTuple):
     """Outcome of an identification with a mistake."""
 
-    name: str  # mistake, in words
+    name: str  # description of the mistake
     verdict: str  # one of _VERDICTS
     reason: str  # first reason given; empty without one
 
 
 def try_mistakes(case: Case, mistakes: Sequence[Mistake], settings: IdentificationSettings) -> list[Outcome]:
-    """Makes each mistake in a good case, and judges the answer by that of the case."""
+    """Makes each mistake in a good case, and compares the answer with that of the good case."""
     good = case.identify(settings)
     return [_try(case, mistake, good, settings) for mistake in mistakes]
 
@@ -87,7 +88,7 @@ def _try(case: Case, mistake: Mistake, good: PayloadBelief, settings: Identifica
 
 
 def _finds_mass(belief: PayloadBelief, good: PayloadBelief, mass: float, of_sensors: bool) -> bool:
-    """Compares the mass, or the gains of a weighed load."""
+    """Returns whether the mass, or for a weighed load the gains, agrees with the good case."""
     if belief.calibration is None or good.calibration is None:
         error = abs(belief.mass - mass)
         return bool(error <= _RELATIVE * mass or error <= _SDS * belief.mass_sd)

@@ -1,6 +1,6 @@
-"""Mistakes that users make with recordings, to be put one at a time into a pair of runs that is known to be good.
+"""Mistakes that users make with recordings, each to be made in a pair of runs that is known to be good.
 
-Mistakes that the data cannot show are marked so, and stand under "Assumed".
+Mistakes that the data cannot show are marked with ``can_be_seen=False``; reports list them as assumptions.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ def _scale(factor: float | Sequence[float]) -> Callable[[Run], Run]:
 
 
 def _shift(seconds: float) -> Callable[[Run], Run]:
-    """Returns a change after which the signal is late, [s]."""
+    """Returns a change that delays the signal by a time, [s]."""
 
     def change(run: Run) -> Run:
         late = [np.interp(run.times - seconds, run.times, column) for column in run.signal.T]
@@ -60,7 +60,7 @@ def _swap(i: int, j: int, n: int = 6) -> list[int]:
 
 
 def _change_joint(joint: int, change: Callable[[Array], Array]) -> Callable[[Run], Run]:
-    """Returns a change of the signal of one joint, counted from 1."""
+    """Returns a change of one joint's signal; joints are counted from 1."""
 
     def change_signal(signal: Array) -> Array:
         signal[:, joint - 1] = change(signal[:, joint - 1])
@@ -79,7 +79,7 @@ def _offset_angle(joint: int, offset: float) -> Callable[[Run], Run]:
 
 
 def _cut(first: float, seconds: float) -> Callable[[Run], Run]:
-    """Returns a change that leaves out a stretch, [s], from a share of the run on."""
+    """Returns a change that removes a stretch, [s], starting at a given share of the run."""
 
     def change(run: Run) -> Run:
         start = run.times[0] + first * (run.times[-1] - run.times[0])
@@ -89,7 +89,7 @@ def _cut(first: float, seconds: float) -> Callable[[Run], Run]:
 
 
 def _close_gap(seconds: float) -> Callable[[Run], Run]:
-    """Returns a function that cuts a segment out of a run and conceals the gap, so that the clock continues."""
+    """Returns a change that cuts a segment, [s], out of a run and conceals the gap with a continuous clock."""
 
     def change(run: Run) -> Run:
         middle = len(run.times) // 2
@@ -115,14 +115,14 @@ def _clip(values: Array) -> Array:
 
 
 def _hold_value(values: Array) -> Array:
-    """Returns a sensor that sticks for a quarter of the run."""
+    """Returns values that are stuck for a quarter of the run."""
     first, last = len(values) // 2, 3 * len(values) // 4
     values[first:last] = values[first]
     return values
 
 
 def _drop_load(case: Case) -> Case:
-    """The load is lost half-way, in runs that repeat each other."""
+    """Loses the load half-way through the run, for runs with the same motion."""
     run, empty = case.loaded, case.empty
     signal = run.signal.copy()
     middle = run.times[0] + 0.5 * (run.times[-1] - run.times[0])
@@ -133,14 +133,14 @@ def _drop_load(case: Case) -> Case:
 
 
 def _touch_table(signal: Array) -> Array:
-    """Something is touched for a fifth of the run: a signal of the size of the load's on the first three joints."""
+    """Adds contact during a fifth of the run: a signal as large as the load's on the first three joints."""
     rows = slice(2 * len(signal) // 5, 3 * len(signal) // 5)
     signal[rows, :3] += np.ptp(signal[:, :3], axis=0) * np.array([0.5, -0.5, 0.5])
     return signal
 
 
 def _other_robot(lengths: float, mass: float) -> Callable[[Case], Case]:
-    """A robot of the same family: its links are scaled in length and mass by a factor."""
+    """Returns a change to another robot of the family, with links scaled in length and mass."""
 
     def make(case: Case) -> Case:
         chain = case.robot
@@ -161,12 +161,12 @@ def _other_axis(joint: int) -> Callable[[Case], Case]:
 
 
 def _weigh(factor: float) -> Callable[[Case], Case]:
-    """The scale is read wrongly: by another unit, or without part of what it carries."""
+    """Returns a change in which the scale is misread: in another unit, or without part of the load."""
 
     def make(case: Case) -> Case:
         if case.reference_mass is not None:
             return replace(case, reference_mass=factor * case.reference_mass)
-        if (gains := case.gains) is not None:  # the gains come from such a weighing
+        if (gains := case.gains) is not None:  # these gains come from the same weighing
             wrong = replace(gains, mean=gains.mean / factor, covariance=gains.covariance / factor**2)
             return replace(case, gains=wrong)
         return replace(case, reference_mass=factor * case.mass)
@@ -182,13 +182,13 @@ def _permute_gains(case: Case) -> Case:
 
 
 def _move_tip(case: Case) -> Case:
-    """Another link is named as the tip: ten centimetres from the right one."""
+    """Names another link as the tip, ten centimetres from the right one."""
     chain = case.robot
     return replace(case, robot=replace(chain, p_MT=chain.p_MT + chain.R_MT @ np.array([0.1, 0.0, 0.0])))
 
 
 def _forget_gripper(case: Case) -> Case:
-    """The gripper, 0.9 kg six centimetres off the tip, hangs in the loaded run only."""
+    """Adds a gripper, 0.9 kg at six centimetres from the tip, to the loaded run only."""
     robot, run = case.robot.with_gravity(case.loaded.description.gravity), case.loaded
     v = np.gradient(run.q, run.times, axis=0) if run.v is None else run.v
     vdot = np.gradient(v, run.times, axis=0)
@@ -205,8 +205,8 @@ def _take_other_rows(signal: Array) -> Array:
 _JOINTS = ("joint 1", "joint 2", "joint 3", "joint 4", "joint 5", "joint 6")
 _ALL = ["q", "v", "signal"]
 
-# Drawn up before any of them was tried, from what users of such programs ask about and what the studies' own authors
-# got wrong at first; of six joints. What was added later stands at the end.
+# The list for six joints was drawn up before any mistake was tried, from users' questions about such programs and
+# from first errors of the studies' own authors. Mistakes added later are at the end.
 MISTAKES: tuple[Mistake, ...] = (
     # Units and kinds of the signal
     Mistake("the signal is called a joint torque", _of_runs(_describe(kind=SignalKind.JOINT_TORQUE))),

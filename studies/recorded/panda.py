@@ -1,7 +1,7 @@
-"""Payloads injected into the real noise of a Panda: its measured torques, plus those of random payloads.
+"""Payloads injected into the real noise of a Panda: torques of random payloads are added to its measured torques.
 
-An injected payload passes through no sensor, so gains are exact here; all else is as on a robot that holds one. The
-arm is fitted outside the window in which a payload is identified, with half a second of guard on either side.
+An injected payload passes through no sensor, so gains are exact here; everything else is as on a robot that holds it.
+The arm is fitted outside the window in which a payload is identified, with a guard of half a second on either side.
 """
 
 from collections.abc import Iterator
@@ -31,18 +31,18 @@ LENGTHS = (2, 5, 10)  # durations of the windows, [s]
 _CONTROL = 5  # duration of the windows in which white noise is assumed for comparison, [s]
 _MASSES = (0.1, 3.0)
 _GUARD = 1  # [cells]
-_WRONG = 3.0  # tolerances by which a setting of the payload is wrong
+_WRONG = 3.0  # error of a wrong payload setting, in tolerances
 
 
 class Injections(NamedTuple):
-    """Identified payloads for one length of window; shapes (N,) or (N, 10), quantities as in payload_belief."""
+    """Identified payloads for one window length; shapes (N,) or (N, 10), quantities as in payload_belief."""
 
     truth: Array  # true mass, centre of mass and moments of inertia about it
     mean: Array  # posterior means
     sd: Array  # posterior standard deviations
-    inside: Array  # true where the 90 % interval holds the truth
+    inside: Array  # true where the 90 % interval contains the truth
     phantom: Array  # phantom mass of errors that do not average out, estimated outside the window, [kg]
-    # Share of right settings of the payload that are not called wrong, and of wrong ones that are, shape (N, 2).
+    # Share of right payload settings that are accepted, and of wrong ones that are found, shape (N, 2).
     claims: Array
 
     @property
@@ -58,7 +58,7 @@ class PandaResult(NamedTuple):
     details: dict[str, Any]  # further numbers, for details.json
     injections: dict[int, Injections]  # identified payloads, by length of window, [s]
     control: Injections  # identified payloads under the assumption of white noise
-    # Errors of the mass by least squares in the same windows, [kg], and 1 where its 90 % interval holds the truth,
+    # Errors of the mass by least squares in the same windows, [kg], and 1 where its 90 % interval contains the truth,
     # shape (N, 2).
     least_squares: Array
 
@@ -129,7 +129,7 @@ class PandaStudy:
         return Injections(*(np.array(each, dtype=float) for each in zip(*found, strict=True)))
 
     def solve_peer(self, length: int, *, num_injections: int, seed: int) -> Array:
-        """Computes errors of the mass by least squares, [kg], and 1 where the 90 % interval holds the truth.
+        """Computes errors of the mass by least squares, [kg], and 1 where the 90 % interval contains the truth.
 
         The payloads and windows are those of ``inject``.
         """
@@ -171,9 +171,10 @@ class PandaStudy:
 
 
 def _judge_settings(belief: PayloadBelief, true: PayloadSetting) -> tuple[float, float]:
-    """Judges the true setting and wrong ones: three tolerances off in mass, or in first moment along an axis.
+    """Judges the true payload setting, and wrong ones that differ by three tolerances in mass or first moment.
 
-    Returns: 1 if the true one is not called wrong, else 0; share of the wrong ones that are called wrong.
+    Returns:
+        1 if the true setting is accepted, else 0; and the share of wrong settings that are found.
     """
     verdict = judge_claim(belief, true)
     far, lever = _WRONG * verdict.mass_tolerance, _WRONG * verdict.moment_tolerance

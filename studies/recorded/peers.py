@@ -1,7 +1,7 @@
-"""Common methods on the same samples: least squares, free and with a positive semidefinite pseudo-inertia.
+"""Common methods on the same samples: least squares, unconstrained and with a positive semidefinite pseudo-inertia.
 
-Both take gains as exact and errors as white and equal at all joints; friction (direction, velocity, offset) of each
-joint is fitted together with the ten parameters, as is common practice.
+Both assume exact gains, and errors that are white and equal at all joints. As is common practice, friction
+(direction, velocity, offset) of each joint is fitted together with the ten parameters.
 """
 
 from typing import NamedTuple
@@ -27,7 +27,7 @@ class PointPayload(NamedTuple):
 
 
 def solve_least_squares(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> PointPayload:
-    """Estimates the ten parameters by ordinary least squares, with friction that grows with the load or without."""
+    """Estimates the ten parameters by ordinary least squares, optionally with friction that grows with the load."""
     A, b = _stack(evidence, gains, with_load_friction=with_load_friction)
     solution, *_ = np.linalg.lstsq(A, b, rcond=None)
     residual = b - A @ solution
@@ -39,7 +39,8 @@ def solve_least_squares(evidence: Evidence, gains: Gains, *, with_load_friction:
 def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
     """Estimates the ten parameters under a positive semidefinite pseudo-inertia (Clarabel); mass_sd is NaN.
 
-    If the solver fails, an AffordanceError is raised.
+    Raises:
+        AffordanceError: The solver fails.
     """
     W, y = eliminate_friction(evidence, gains)
     program = MathematicalProgram()
@@ -55,7 +56,7 @@ def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
 
 
 def eliminate_friction(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> tuple[Array, Array]:
-    """Stacks the rows of all joints without friction: it is unconstrained, so that a smaller problem is left."""
+    """Stacks the rows of all joints after eliminating friction, which is unconstrained, to shrink the problem."""
     A, b = _stack(evidence, gains, with_load_friction=with_load_friction)
     friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])
     W = A[:, :NUM_PARAMETERS] - friction @ (friction.T @ A[:, :NUM_PARAMETERS])
@@ -64,7 +65,7 @@ def eliminate_friction(evidence: Evidence, gains: Gains, *, with_load_friction: 
 
 
 def _stack(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> tuple[Array, Array]:
-    """Stacks the rows of all joints, [N m]: ten columns of the payload, three of friction for each joint."""
+    """Stacks the rows of all joints, [N m]; columns are ten for the payload and three of friction for each joint."""
     samples = evidence.samples
     num_joints = samples.signal.shape[1]
     rows, right = [], []

@@ -1,4 +1,4 @@
-"""Report of the study of recordings: what was found of weighed loads, and how far its intervals can be trusted."""
+"""Report of the study of recordings: identified loads against weighed ones, and coverage of intervals."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,7 +13,7 @@ PERCENT_2, G_OF_KG = Unit("%", 100.0), Unit("g", 1000.0, 0)
 
 
 def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
-    """Describes what was found, with the numbers of details.json that explain it."""
+    """Describes the results, with numbers from details.json that explain them."""
     config, white = details["config"], numbers["panda"]["white_coverage_mass_5s"]
     captions = {
         "masses": "Identified masses with their 90 % intervals, and what scales say.",

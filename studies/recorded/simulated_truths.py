@@ -1,7 +1,7 @@
-"""Coverage of the intervals where the truth is drawn from the prior.
+"""Coverage of intervals if the truth is drawn from the prior.
 
 Bodies drawn from the prior, and seen objects with an unseen lump, are held in windows of the Panda's motion. Gains,
-friction and errors are drawn from the likelihood, so that the posterior alone is tested.
+friction and errors are drawn from the likelihood, so only the posterior is tested.
 """
 
 from collections.abc import Callable
@@ -31,17 +31,17 @@ from studies.recorded.solids import CLASSES
 
 _LENGTH = 5.0  # [s]
 _MASSES = (0.1, 3.0)
-# Prior of materials never felt, as everywhere (settings.py).
+# Prior of materials never felt, with the default of settings.py.
 MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 
 
 @dataclass(frozen=True)
 class World:
-    """Arm and motion with which bodies are held."""
+    """Arm and motion for holding bodies."""
 
     robot: SerialChain
     prepared: PreparedRun
-    variance: Array  # long-run, of each joint
+    variance: Array  # long-run variance of each joint's errors
     settings: IdentificationSettings
 
     def hold(self, pi: Array, rng: np.random.Generator) -> PayloadLikelihood:
@@ -71,7 +71,7 @@ class World:
 
 
 def measure_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, Any]:
-    """Measures coverage of 90 % intervals, by bodies of each kind; the keys are those of metrics.json."""
+    """Measures coverage of 90 % intervals for bodies of each kind; the keys are those of metrics.json."""
     solid = SolidPrior.for_hand()
     rng = np.random.default_rng((seed, 1))
     coverage = _cover(world, lambda rng: solid.draw_parameters(rng, 1)[0], rng, num_draws, "own prior")
@@ -90,9 +90,10 @@ def measure_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, An
 
 
 def measure_class_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, Any]:
-    """Measures coverage of 90 % intervals for each class of things; the lowest over coordinates and moments.
+    """Measures coverage of 90 % intervals for each class of things, the lowest over coordinates and moments.
 
-    Returns: The keys of metrics.json: by class, and by quantity for all classes in their order.
+    Returns:
+        The keys of metrics.json: coverage of each class, and of each quantity for all classes in order.
     """
     found = {}
     for number, (name, draw) in enumerate(CLASSES.items()):
@@ -105,7 +106,7 @@ def measure_class_coverage(world: World, *, num_draws: int, seed: int) -> dict[s
 def _cover(
     world: World, draw: Callable[[np.random.Generator], Array], rng: np.random.Generator, num_draws: int, name: str
 ) -> Array:
-    """Computes how often intervals hold the mass, centre and moments of drawn bodies, (7,)."""
+    """Computes how often intervals contain the mass, centre and moments of drawn bodies, (7,)."""
     solid, inside = SolidPrior.for_hand(), []
     for _ in tqdm(range(num_draws), desc=name, unit="body", disable=None):
         pi = draw(rng)
@@ -134,7 +135,7 @@ def _hide_and_find(world: World, rng: np.random.Generator) -> float:
 
 
 def _see(payload: RandomPayload) -> SeenObject:
-    """Returns what a camera sees: the geometry, and for each part a material of its own that was never felt."""
+    """Returns what a camera sees: the geometry, with a separate material, never felt before, for each part."""
     num_parts = payload.Phi.shape[1]
     colours = [(i / num_parts, 0.2, 0.5) for i in range(num_parts)]
     thing = AtHand(Thing((), tuple(range(num_parts))), 0)

@@ -1,6 +1,7 @@
-"""Things of a workshop and a kitchen as they are sold, to test the prior of solids: none of them was used to make it.
+"""Things from a workshop and a kitchen, for testing the prior of solids; none of them was used to build that prior.
 
-Sizes and materials are those of shops' listings; each is held at its handle, or anywhere along it, in any direction.
+Sizes and materials are those of shops' listings. Each thing is held at its handle, or anywhere along it, in any
+direction.
 """
 
 from collections.abc import Callable, Sequence
@@ -74,7 +75,7 @@ def _build_rod(mass: float, length: float, radius: float, along: float) -> _Part
 
 
 def _hold(rng: np.random.Generator, parts: Sequence[_Part], held_sd: float) -> Array:
-    """Turns a thing in any direction and holds it near the tip; ten parameters, shape (10,)."""
+    """Turns a thing to a random direction and holds it near the tip; ten parameters, shape (10,)."""
     J = np.zeros((4, 4))
     for mass, centre, squares in parts:
         place = np.array(centre)

@@ -1,4 +1,4 @@
-"""Processor times of identification: a sample on line, a posterior, a whole run."""
+"""Processor times of identification: one sample on line, one posterior, one whole run."""
 
 import time
 from collections.abc import Callable
@@ -43,9 +43,9 @@ def measure_times(data: Path, evidence: Evidence, gains: Gains, settings: Identi
 
 
 def compare_peers(evidence: Evidence, settings: IdentificationSettings) -> dict[str, Any]:
-    """Computes the mean relative error of the mass over both halves, and the time to solution, [s], by method.
+    """Computes each method's mean relative error of the mass over both halves, and its time to solution, [s].
 
-    All methods are given the same samples and the same gains, found by ours in the other half.
+    All methods are given the same samples and the same gains, which our method found in the other half.
     """
     middle = len(evidence.prepared.times) // 2
     halves = evidence.select(slice(0, middle)), evidence.select(slice(middle, None))

@@ -1,4 +1,4 @@
-"""Study of a UR10e with a weighed load: motor currents, gains unknown."""
+"""Study of a UR10e with a weighed load, from motor currents with unknown gains."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ from studies.recorded.empty_hand import weigh_empty_hand
 
 # Joints whose load friction is reported, counted from 1.
 _LOADED_JOINTS = (2, 3)
-_WINDOW = 6.0  # duration of the windows in which gains are found anew, to measure their drift, [s]
+_WINDOW = 6.0  # duration of the windows in which gains are estimated again, to measure their drift, [s]
 
 
 class Ur10eResult(NamedTuple):
@@ -26,10 +26,10 @@ class Ur10eResult(NamedTuple):
 
     numbers: dict[str, Any]  # numbers of metrics.json
     details: dict[str, Any]  # further numbers, for details.json
-    evidence: Evidence  # evidence of the pair of runs
-    gains: Gains  # gains of the whole run
+    evidence: Evidence  # evidence from the pair of runs
+    gains: Gains  # gains from the whole run
     halves: HalfCheck  # check with gains from one half and the mass from the other
-    belief: PayloadBelief  # posterior of the load by the pair with these gains, for figures
+    belief: PayloadBelief  # posterior of the load from the pair with these gains, for figures
 
 
 def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResult:

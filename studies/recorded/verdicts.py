@@ -1,4 +1,4 @@
-"""Verdicts of identification on itself: mistakes found, false alarms, and shifts of intervals with the seed."""
+"""Self-checks of identification: mistakes found, false alarms, and shifts of intervals with the seed."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,17 +19,18 @@ from studies.recorded.mistakes import MISTAKES
 # Durations of the windows in which a good recording is judged, [s]; windows overlap by half.
 _PAIR_LENGTHS, _SINGLE_LENGTHS = (8.0, 12.0, 16.0, 25.0), (5.0, 7.0, 10.0, 15.0)
 _SEEDS = range(5)
-# Windows of the pair, by their number, that are identified without gains: two of 8 s and one of 12 s.
+# Windows of the pair, by number, that are identified without gains: two of 8 s and one of 12 s.
 _UNWEIGHED = (0, 9, 12)
-# Ways in which gains and the empty arm are known.
+# Sources of knowledge about gains and the empty arm.
 _MODES = ("by the arm's weight", "weighed", "gains", "unpaired")
-_FEW = 1000  # samples that suffice for a verdict
+_FEW = 1000  # number of samples that suffices for a verdict
 
 
 def study_mistakes(data: Ur10eData, gains: Gains, settings: IdentificationSettings) -> tuple[dict[str, Any], Any]:
-    """Makes every mistake in the pair: with its load weighed, with gains of before, and with neither.
+    """Makes every mistake in the pair: with a weighed load, with earlier gains, and with neither.
 
-    Returns: Counts of the verdicts of the first two, and of the last under ``without_gains``; and each with its
+    Returns:
+        Counts of the verdicts for the first two, and for the last under ``without_gains``; and each verdict with its
         reason.
     """
     settings = replace(settings, num_samples=_FEW)
@@ -48,7 +49,7 @@ def study_mistakes(data: Ur10eData, gains: Gains, settings: IdentificationSettin
 def measure_false_alarms(
     data: Ur10eData, gains: Gains, panda: PandaData, settings: IdentificationSettings
 ) -> tuple[float, int]:
-    """Measures the share of good runs, windows of recordings, that are not trusted or refused, and their number."""
+    """Computes the share of good windows that are refused or not trusted, and the number of windows."""
     settings = replace(settings, num_samples=_FEW)
     verdicts = [
         *(_is_refused(data, *runs, gains, settings, mode) for runs in _cut_pairs(data) for mode in _MODES),
@@ -82,7 +83,7 @@ def _cut(run: Run) -> Iterator[Run]:
 
 
 def _cut_pairs(data: Ur10eData) -> Iterator[tuple[Run, Run]]:
-    """Cuts both runs into windows of the same motion: the loaded part, and the empty one."""
+    """Cuts both runs into windows of the same motion; yields the loaded and the empty part."""
     names = data.robot.joint_names
     empty, loaded = data.empty, data.loaded
     lag = align(empty.arrange(names), loaded.arrange(names), IdentificationSettings().repeat_tolerance).lag
@@ -96,9 +97,11 @@ def _cut_pairs(data: Ur10eData) -> Iterator[tuple[Run, Run]]:
 
 
 def measure_seed_shift(data: Ur10eData, gains: Gains, panda: PandaData, settings: IdentificationSettings) -> float:
-    """Measures how far edges of 50 and 90 % intervals move with the seed, largest over recordings and quantities.
+    """Measures how far the ends of 50 and 90 % intervals move with the seed.
 
-    Returns: The largest distance of an edge from its mean over the seeds, in standard deviations of its quantity.
+    Returns:
+        The largest distance of an end from its mean over seeds, over recordings and quantities, in standard
+        deviations of the quantity.
     """
     pair = Runs(data.loaded, (data.empty,))
     windows = [each for number, each in enumerate(_cut_pairs(data)) if number in _UNWEIGHED]

@@ -1,8 +1,8 @@
 """Study of objects weighed on a servo arm, from the position errors of its servos alone.
 
-The signal is the deviation of each servo from its set point; gain and friction of each servo are found from two
-objects and their known torques, and the third is identified with them. The model error is estimated from these two
-alone as well: each of them is identified with the other's gains.
+The signal is the deviation of each servo from its set point. Gain and friction of each servo are estimated from two
+objects with known torques, and the third object is identified with them. The model error is estimated from the same
+two objects: each of them is identified with the other's gains.
 """
 
 from collections.abc import Sequence
@@ -25,8 +25,8 @@ from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 from studies.recorded.clones import WeighedObject
 
-# Prior of servo position errors, in radians per newton metre. Their gears lose more of the load than those of arms,
-# so the prior of load friction is broad; gains drift as on any robot.
+# Prior of servo position errors, in radians per newton metre. Servo gears lose more of the load than an arm's, so the
+# prior of load friction is broad; gains drift as on any robot.
 SERVO_PRIOR = SignalPrior(
     scale_common_sd=0.0,
     scale_own_sd=0.0,
@@ -38,7 +38,7 @@ SERVO_PRIOR = SignalPrior(
     load_friction_sd=0.5,
     friction_sd=0.3,
 )
-# Postures are held one after the other: no rate, no filter.
+# Postures are held one after the other: there are no rates and no filter.
 _RATE = 1.0
 
 
@@ -80,7 +80,7 @@ def study_weighed_objects(objects: dict[str, WeighedObject], settings: Identific
 def calibrate_by_others(
     objects: dict[str, WeighedObject], name: str, settings: IdentificationSettings
 ) -> tuple[Evidence, Gains]:
-    """Builds the evidence of an object; its gains, drift included, and its floor are found from the others."""
+    """Builds the evidence of an object; gains, drift included, and model error come from the other objects."""
     others = [other for key, other in objects.items() if key != name]
     gains = calibrate_gains(_build_known(others), None, settings).with_drift(settings)
     floor = build_phantom_covariance(_estimate_floor(others, settings))
@@ -88,7 +88,7 @@ def calibrate_by_others(
 
 
 def _estimate_floor(objects: Sequence[WeighedObject], settings: IdentificationSettings) -> float:
-    """Estimates the model error of one known object with gains from the other, as a phantom mass, [kg]."""
+    """Estimates the model error from one known object with gains from the other, as a phantom mass, [kg]."""
     misfits = []
     for known in objects:
         others = [other for other in objects if other is not known]
@@ -103,7 +103,7 @@ def _estimate_floor(objects: Sequence[WeighedObject], settings: IdentificationSe
 
 
 def _build_known(objects: Sequence[WeighedObject]) -> Evidence:
-    """Builds the evidence of objects with known load, which counts as part of the arm."""
+    """Builds the evidence of objects with known load, which is treated as part of the arm."""
     torque = np.concatenate(
         [each.arm_torque + each.regressors @ np.array([each.mass, *each.first_moment]) for each in objects]
     )
@@ -120,7 +120,7 @@ def _build_unknown(weighed: WeighedObject) -> Evidence:
 
 def _build(Y: Array, torque: Array, deviation: Array, direction: Array) -> Evidence:
     num_samples, num_joints = torque.shape
-    zero = np.zeros_like(torque)  # postures, whose motion is not used here
+    zero = np.zeros_like(torque)  # motion is not used for postures at rest
     samples = ChannelSamples(Y, torque, direction * np.sign(torque), direction, zero, deviation, direction != 0.0)
     return Evidence(
         source="lbipe",

@@ -1,1 +1,1 @@
-"""Whether learners and their parameters are recovered from the pushes of simulated people."""
+"""Tests whether learners and their parameters can be recovered from the pushes of simulated people."""

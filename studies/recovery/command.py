@@ -1,4 +1,4 @@
-"""``affordance study recovery``: which learner, and which kappa, is found of simulated people by their pushes."""
+"""``affordance study recovery``: recovers the learner and kappa of simulated people from their pushes."""
 
 import argparse
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_out(parser)
     parser.add_argument("--draws", type=int, default=16, metavar="D", help="values of the parameters (default 16)")
     parser.add_argument("--particles", type=int, default=30, metavar="P", help="particles of each (default 30)")
-    what = f"numbers of lifts after which it is asked (default {' '.join(map(str, _LIFTS))})"
+    what = f"numbers of lifts after which learners are compared (default {' '.join(map(str, _LIFTS))})"
     parser.add_argument("--lifts", type=int, nargs="+", default=list(_LIFTS), metavar="N", help=what)
 
 
@@ -53,7 +53,7 @@ def _work(config: Recovery, repeats: int, jobs: int, folder: Path) -> Iterator[F
     numbers = summarise(config, names, found)
     for by in ("score", "bic"):
         for lifts, table in numbers[f"confusion_by_{by}"].items():
-            print(f"Best by {by} after {lifts} lifts: rows are who learned how, columns what was found")
+            print(f"Best by {by} after {lifts} lifts: rows are true learners, columns recovered ones")
             print(
                 format_table(["", *names], [[name, *map(str, row)] for name, row in zip(names, table, strict=True)])
             )
@@ -64,7 +64,7 @@ def _work(config: Recovery, repeats: int, jobs: int, folder: Path) -> Iterator[F
 
 
 def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Counts what was found of whom, and correlates true and recovered kappa, as in metrics.json."""
+    """Counts recovered against true learners, and correlates recovered with true kappa, as in metrics.json."""
     true = np.arange(len(found["score"])) % len(names)
     numbers: dict[str, Any] = {"learners": names, "people_of_each": len(true) // len(names), "seed": config.seed}
     for by, sign in (("score", 1.0), ("bic", -1.0)):

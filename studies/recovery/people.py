@@ -1,4 +1,4 @@
-"""Simulated people whose learners are known, and what is found of them from their pushes."""
+"""Simulates people with known learners, and fits learners to their pushes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from affordance.people.fit import Question, score_ahead
 from affordance.people.free_parameters import list_free, set_values
 from affordance.people.pushes import Lifts, Person
 
-# Of participants, simulated and fitted; kappa varies by its prior.
+# Of participants, both simulated and fitted; kappa varies according to its prior.
 PUSH_ERROR = 0.2
 _GROUP = "linear_plus_plus"
 _FORGETTING = Path(__file__).parents[2] / "examples" / "forgetting.py"
@@ -34,9 +34,9 @@ class Recovery:
 
     Attributes:
         seed: Root of all random draws.
-        draws: Values of the free parameters of each learner.
-        particles: Particles of each.
-        lifts: Numbers of lifts after which it is asked who learns how, the last of which is how many there are.
+        draws: Number of values of the free parameters of each learner.
+        particles: Number of particles for each value.
+        lifts: Numbers of lifts after which learners are compared; the last is the total number of lifts.
     """
 
     seed: int
@@ -46,15 +46,16 @@ class Recovery:
 
 
 def list_rivals() -> list[Learner]:
-    """Lists the learners between which the study distinguishes."""
+    """Lists the learners that the study compares."""
     return [DENSITY, OWN_MEMORY, OWN_AND_SHARED, KINDS_DRAWN, load_learner(f"{_FORGETTING}:Forgetting")]
 
 
 def recover(config: Recovery, number: int) -> Mapping[str, NDArray[np.float64]]:
-    """Simulates a person, whose learner is that of its number in turn, and evaluates all learners on its pushes.
+    """Simulates one person and evaluates all learners on the pushes; people take the learners in turn.
 
-    Returns: ``score``, log score one step ahead after numbers of lifts, and ``bic``, (learners, numbers) each;
-        ``log_kappa`` true, and its posterior ``mean`` and ``sd`` by the numbers, NaN for people without kinds.
+    Returns:
+        One-step-ahead log ``score`` and ``bic``, (learners, numbers of lifts) each; the true ``log_kappa``, and its
+        posterior ``mean`` and ``sd`` for each number of lifts, NaN for people without kinds.
     """
     rivals = list_rivals()
     learner = rivals[number % len(rivals)]
@@ -81,14 +82,14 @@ def recover(config: Recovery, number: int) -> Mapping[str, NDArray[np.float64]]:
 
 
 def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, tuple[Tool, ...], float]:
-    """Simulates the lifts of a person with parameters from their prior; returns kappa too, NaN without kinds."""
+    """Simulates lifts of a person with parameters from their prior; also returns kappa (NaN without kinds)."""
     known = Participant(push_error=PUSH_ERROR)
     free = list_free(learner, known, learner.fitted)
     normal = np.random.default_rng([config.seed, number]).standard_normal((1, len(free)))
     values = np.column_stack([normal[:, :0], *(each.convert(normal[:, i]) for i, each in enumerate(free))])
     own = set_values(learner, known, free, values)[0] if free else learner
     own = own.change(**{each.name: float(values[0, i]) for i, each in enumerate(free)})
-    # The observer's number is in the seeds of orders, errors and pushes.
+    # Seeds of orders, errors and pushes include the observer's number.
     setup = Setup(seed=config.seed + 1 + number).change(learner=own, participant=known)
     tools = tuple(linear.read(_GROUP, setup))
     names = [tool.name for tool in tools]
@@ -99,7 +100,7 @@ def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, t
 
 
 def weigh(values: Array, log_likelihoods: Array) -> tuple[Array, Array]:
-    """Computes posterior means and SDs of draws of a prior, (D,), by log likelihoods, (D, K); (K,) each."""
+    """Computes posterior means and SDs, (K,) each, from prior draws, (D,), and their log likelihoods, (D, K)."""
     weights = np.exp(log_likelihoods - logsumexp(log_likelihoods, axis=0))
     mean = values @ weights
     return mean, np.sqrt(np.maximum(values**2 @ weights - mean**2, 0.0))

@@ -1,1 +1,1 @@
-"""The multiverse: every claim over a sample of all that the paper does not give."""
+"""Robustness: every claim is evaluated in a sample of all values that the paper does not give."""

@@ -1,4 +1,4 @@
-"""Assumptions beyond the paper, the ranges in which they could lie, and samples of them."""
+"""Assumptions that the paper does not state, their plausible ranges, and samples from these ranges."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ from affordance.files.bounded import read_yaml
 from studies.random_streams import StudyStream
 
 FILE = Path(__file__).parent / "assumptions.yaml"
-# Points of the sequence come in powers of two.
+# The sequence is drawn in powers of two points.
 _LOG2_MAX = 13
 
-# What a setting assumes, by the names of the assumptions.
+# Value of each assumption in a setting, by the assumption's name.
 type Setting = Mapping[str, float | str]
 
 
@@ -27,14 +27,14 @@ class Assumption:
     label: str  # description in words, with its unit
     source: str  # source of default and range
     default: float | str  # value that the simulations use
-    low: float = 0.0  # lower end of its range; 0 where it is a choice, as is high
-    high: float = 0.0  # upper end
+    low: float = 0.0  # lower end of its range; 0 for a list of choices
+    high: float = 0.0  # upper end of its range; 0 for a list of choices
     is_log: bool = False  # true if the range is sampled evenly in its logarithm
-    choices: tuple[str, ...] = ()  # values of a choice; empty for a range
-    weights: tuple[float, ...] = ()  # relative frequency of each choice, of any sum
+    choices: tuple[str, ...] = ()  # possible choices; empty for a range
+    weights: tuple[float, ...] = ()  # relative frequency of each choice; they need not add up to one
 
     def place(self, u: float) -> float | str:
-        """The value at a place u of its range, 0 <= u < 1."""
+        """Returns the value at position u of the range, 0 <= u < 1."""
         if self.choices:
             ends = np.cumsum(self.weights) / np.sum(self.weights)
             return self.choices[min(int(np.searchsorted(ends, u, side="right")), len(self.choices) - 1)]
@@ -46,21 +46,22 @@ class Assumption:
 def load_assumptions(path: Path = FILE) -> tuple[Assumption, ...]:
     """Reads the assumptions, in the order of the file.
 
-    A default outside its range or choices, or an entry with neither of them, raises a ValueError.
+    Raises:
+        ValueError: A default is outside its range or choices, or an entry has neither of them.
     """
     content = read_yaml(path)
     return tuple(_read(name, entry) for name, entry in content.items())
 
 
 def list_defaults(assumptions: Sequence[Assumption]) -> dict[str, float | str]:
-    """The setting of the simulations."""
+    """Returns the setting that the simulations use."""
     return {each.name: each.default for each in assumptions}
 
 
 def sample_places(num_assumptions: int, count: int, seed: int) -> Array:
-    """Places of settings in the ranges, (count, num_assumptions): the beginning of a scrambled Sobol sequence.
+    """Samples positions of settings in the ranges, (count, num_assumptions), from a scrambled Sobol sequence.
 
-    The first settings are the same however many are asked for.
+    The first settings are the same for every ``count``.
     """
     rng = np.random.default_rng([seed, StudyStream.SETTINGS])
     sequence = qmc.Sobol(num_assumptions, scramble=True, rng=rng)
@@ -80,7 +81,7 @@ def _read(name: str, entry: Mapping[str, object]) -> Assumption:
     if isinstance(choices := fields.get("choices"), list):
         weights = fields.get("weights", [1.0] * len(choices))
         if default not in choices:
-            raise ValueError(f"{name}: the default {default!r} is none of the choices")
+            raise ValueError(f"{name}: the default {default!r} is not among the choices")
         assert isinstance(weights, list)
         return Assumption(
             name,

@@ -1,4 +1,4 @@
-"""From a setting to what the experiments take: settings, objects and tasks."""
+"""Builds what the experiments need for a setting: settings, objects and tasks."""
 
 import math
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, White
 from affordance.settings import Settings
 from studies.robustness.assumptions import Setting
 
-# How many independent samples a trial has, by the noise structure.
+# Number of independent samples in a trial, by noise structure.
 _NUM_SAMPLES = {"one percept": 30, "5 independent samples": 5, "30 independent samples": 30, "white": 30}
-HOLD_DURATION = 3.0  # of a trial, as in the paper's figure 4, [s]
+HOLD_DURATION = 3.0  # duration of a trial, as in the paper's figure 4, [s]
 _NUM_RODS = 4
 
 
@@ -42,14 +42,15 @@ class World:
 
     @property
     def num_samples(self) -> int:
-        """Samples of a trial."""
+        """Number of samples in a trial."""
         return round(HOLD_DURATION / self.settings.sample_period)
 
 
 def build_world(setting: Setting, models: Path, settings: Settings) -> World:
-    """Builds what a setting says, all assumptions by name; the settings of the simulations are replaced accordingly.
+    """Builds the objects, tasks and rules of a setting, which must contain all assumptions by name.
 
-    The folder of models gives materials, path, nail and working posture.
+    The settings of the simulations are changed accordingly. Materials, path, nail and working posture come from the
+    folder of models.
     """
     materials = load_materials(models / "materials.yaml")
     wood = replace(materials["beech"], density=float(setting["wood_density"]))
@@ -117,7 +118,7 @@ def _build_learning(setting: Setting, wood: Material, steel: Material) -> tuple[
 
 
 def build_novel(setting: Setting, wood: Material, steel: Material) -> Tool:
-    """The novel tool: a wooden and a steel part, bent where they meet, with a grip at either end."""
+    """Builds the novel tool: a wooden and a steel part, with a bend where they meet and a grip at either end."""
     unequal = str(setting["novel_parts"]) == "unequal"
     length, bend = float(setting["novel_length"]), float(setting["novel_bend"])
     share = float(setting["novel_share"]) if unequal else 0.5

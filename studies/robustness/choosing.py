@@ -1,4 +1,4 @@
-"""Simulations III and IV under a setting, by inner simulation: which grip is correct, and how often it is chosen."""
+"""Simulations III and IV under a setting, by inner simulation: the correct grip, and how often it is chosen."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -25,19 +25,19 @@ from affordance.objects.tool import Tool
 from affordance.reporting.statistics import Estimate, estimate_proportion
 from affordance.runs.random_streams import Stream
 
-# Memories of observers before the first hold and after each.
+# Memories of observers before the first hold and after each hold.
 type Experience = Sequence[Sequence[MaterialMemory]]
 
-# Densities over which Bayes' rule averages.
+# Number of densities over which Bayes' rule averages.
 _NUM_BAYES_SAMPLES = 64
-# Moments at which is chosen: before experience, after one and two trials, and after the last, of six.
+# Moments of choices: before experience, and after one, two and all six trials.
 MOMENTS = (0, 1, 2, 6)
 _NUM_FORCES = 40
 _LEAST_FORCE = 1.02
 
 
 def measure_truth(choice: Choice, tool: Tool, rule: CostMeasure | None = None) -> Costs:
-    """Costs of all options with the true densities, (options,) each, by a measure or by that of the settings."""
+    """Computes the costs of all options with the true densities, (options,) each, by a given or the usual measure."""
     held = tool.list_gripped()
     models = choice.cost_models if rule is None else [_measure_by(model, rule) for model in choice.cost_models]
     costs = [
@@ -48,10 +48,10 @@ def measure_truth(choice: Choice, tool: Tool, rule: CostMeasure | None = None) -
 
 
 def find_correct(costs: Costs) -> int:
-    """Index of the cheapest feasible option.
+    """Returns the index of the cheapest feasible option.
 
     Raises:
-        AffordanceError: There is none, or several are the cheapest.
+        AffordanceError: There is none, or several options are equally cheap.
     """
     cost = np.where(costs.feasible, costs.cost, np.inf)
     if not costs.feasible.any():
@@ -62,9 +62,10 @@ def find_correct(costs: Costs) -> int:
 
 
 def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: int, rule: str) -> dict[str, Any]:
-    """The numbers of a task that claims are about.
+    """Computes the numbers of a task that claims are about.
 
-    If no grip is the correct one, an AffordanceError is raised.
+    Raises:
+        AffordanceError: No grip is the correct one.
     """
     costs = measure_truth(choice, tool)
     correct = find_correct(costs)
@@ -90,27 +91,28 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
 
 
 def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
-    """Index of the correct option by each measure.
+    """Returns the index of the correct option for each measure.
 
-    If no grip is the correct one, an AffordanceError is raised.
+    Raises:
+        AffordanceError: No grip is the correct one.
     """
     return {measure.name: find_correct(measure_truth(choice, tool, measure)) for measure in CostMeasure}
 
 
 def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
-    """Returns the blows that were planned for a choice, by grip."""
+    """Returns the planned blows of a choice, by grip."""
     found = {}
     for option, cost in zip(choice.options, choice.cost_models, strict=True):
-        assert isinstance(cost, BlowCost)  # as built by a Hammer
+        assert isinstance(cost, BlowCost)  # because a Hammer built it
         found[option.grip] = cost
     return found
 
 
 def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
-    """Finds the largest travel of the nail, [m], at which the grip with the densest part at the hand is the cheaper.
+    """Finds the largest travel of the nail, [m], at which the grip next to the densest part is cheaper.
 
-    The nail stands at ``depth_set``, [m], and resists with a stiffness, [N/m], up to the largest force, [N]. The
-    travel is zero if that grip is never the cheaper one among forces that both can give.
+    The nail is at ``depth_set``, [m], and resists with a stiffness, [N/m], up to its largest force, [N]. The travel
+    is zero if that grip is not cheaper at any force that both grips can produce.
     """
     held = tool.list_gripped()
     at_hand = find_grip_of_densest(tool, at_hand=True)
@@ -129,7 +131,7 @@ def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stif
 
 
 def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, correct: int) -> Estimate:
-    """Proportion of correct choices at each moment by least expected cost; the first is that of the prior itself."""
+    """Estimates the proportion of correct choices at each moment by least expected cost; the first uses the prior."""
     shares = [
         [_choose_by_expectation(choice, memories[after], (seed, observer, after), correct) for after in MOMENTS[1:]]
         for observer, memories in enumerate(experience)
@@ -141,7 +143,7 @@ def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, 
 
 
 def decide_before_experience(choice: Choice, experience: Experience, seed: int, correct: int) -> float:
-    """1 if the correct option is expected to cost least before experience, 0 if another is, a half in a tie."""
+    """Returns 1 if the correct option is expected to cost least before experience, 0 if not, 0.5 in a tie."""
     rng = np.random.default_rng([seed, Stream.BAYES])
     costs = choice.compute_costs(choice.draw_parameters(experience[0][0], rng, NUM_PRIOR_CHOICES))
     usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY
@@ -150,12 +152,12 @@ def decide_before_experience(choice: Choice, experience: Experience, seed: int, 
         return 0.5 if not usable.any() else float(usable[correct])
     gain = costs.cost[rivals].min(axis=0) - costs.cost[correct]
     error = float(gain.std() / np.sqrt(len(gain)))
-    # Within two standard errors of what was drawn neither is known to be cheaper.
+    # Within two standard errors of the sampled difference, neither is known to be cheaper.
     return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)
 
 
 def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[int, int, int], correct: int) -> float:
-    """1 if an observer's choice at a moment is correct, 0 if not; where no option is usable the observer guesses."""
+    """Returns 1 if an observer's choice is correct, 0 if not; without a usable option the observer guesses."""
     ranking = rank_options(choice, memory, np.random.default_rng([*seed, Stream.BAYES]), _NUM_BAYES_SAMPLES)
     if not ranking.num_usable:
         return 0.5
@@ -163,19 +165,23 @@ def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[i
 
 
 def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:
-    """Returns a cost of the same motions that compares them by another measure."""
+    """Returns a cost of the same motions, evaluated by another measure."""
     if isinstance(model, BlowCost):
         return replace(model, motions=tuple(motion.measured_by(measure) for motion in model.motions))
-    assert isinstance(model, MotionCost)  # what Reach builds
+    assert isinstance(model, MotionCost)  # the type that Reach builds
     return model.measured_by(measure)
 
 
 def measure_tasks(
     by_reach: Mapping[str, int], by_hammer: Mapping[str, int], *, correct_reach: str, correct_hammer: str
 ) -> dict[str, Any]:
-    """Measures what both tasks together say: correct grips, and whether measures agree on them.
+    """Summarises both tasks together: the correct grips, and whether measures agree on them.
 
-    The index of the correct grip is given by measure, the grip itself by the measure of the settings.
+    Args:
+        by_reach: Index of the correct grip for reaching, by measure.
+        by_hammer: Index of the correct grip for hammering, by measure.
+        correct_reach: Correct grip for reaching by the settings' measure.
+        correct_hammer: Correct grip for hammering by the settings' measure.
     """
     works = (CostMeasure.WORK.name, CostMeasure.POSITIVE_WORK.name, CostMeasure.MUSCULAR_WORK.name)
     return {

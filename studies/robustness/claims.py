@@ -1,4 +1,4 @@
-"""Claims that every setting is asked about: those of the simulations, and headlines of the README."""
+"""Claims that are judged in every setting: those of the simulations, and headlines of the README."""
 
 import math
 from collections.abc import Mapping
@@ -11,11 +11,11 @@ from affordance.experiments import com, hammer, reach, weight
 from affordance.reporting.claims import ClaimResult, check, claim, confirm
 
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
-TASKS = "tasks"  # numbers of reaching and hammering together
+TASKS = "tasks"  # key of numbers about reaching and hammering together
 
 
 class _Undefined(dict[str, Any]):
-    """Numbers of an experiment that was not run: undefined, of the shape that claims expect."""
+    """Numbers of an experiment that was not run: undefined values with the shape that claims expect."""
 
     def __missing__(self, key: str) -> Any:
         return math.nan if key in _SCALARS else np.full((7, 2) if key.endswith("_ci95") else 7, math.nan)
@@ -30,9 +30,10 @@ _UNDEFINED = _Undefined(dict.fromkeys(_NAMES, ""), effort_differs=False)
 
 
 def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Judges every claim: 1 if it holds, 0 if not; not a number where it cannot be judged.
+    """Judges every claim: 1 if it holds, 0 if not, NaN if it cannot be judged.
 
-    Numbers are by experiment; those that could not be run have none, and contact is simulated in some settings only.
+    ``numbers`` are by experiment; an experiment that could not be run is missing. Contact is simulated in some
+    settings only.
     """
     outcomes = {
         name: float(each.met) if numbers.get(name.split(".")[0]) else math.nan
@@ -45,7 +46,7 @@ def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
 
 @cache
 def list_claims() -> Mapping[str, ClaimResult]:
-    """Lists all claims by experiment and key, such as ``weight.drop_reduced``, judged by nothing."""
+    """Lists all claims by experiment and key, such as ``weight.drop_reduced``, without judging them."""
     return _judge_all({})
 
 

@@ -24,9 +24,9 @@ from studies.robustness.report import describe
 from studies.robustness.study import DEFAULT_NUM_SETTINGS, INTERPOLATION_BOUND, Robustness, load
 from studies.study import Findings, Study, Task, Work, read_settings, run_kept
 
-# Bounds of number and index of settings, from the size of the sample.
+# Bounds on the number and index of settings, from the size of the sample.
 _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
-# How the setting of the simulations is called.
+# Name of the setting that the simulations use.
 _DEFAULT = "default"
 # Settings that the sample varies, and settings that the study does not use.
 _VARIED = ("noise", "sample_period", "acceleration_sd", "prior", "mpc.horizon", "cost_measure")
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
-    """Loads the study, and plans its run, that of one of its settings, of a proof, or of the page."""
+    """Loads the study; plans a full run, one setting, a proof, or the update of the page."""
     if arguments.page:
         return Task(page.fill)
     check_whole("--repeats", arguments.repeats, _REPEATS)
@@ -67,7 +67,7 @@ def plan(arguments: argparse.Namespace) -> Work | Task:
 
 
 def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
-    """Evaluates the setting of the simulations, and then those of the sample."""
+    """Evaluates the setting of the simulations, then those of the sample."""
     start = time.perf_counter()
     with nullcontext() if arguments.cluster is None else use_cluster(arguments.cluster, study.models):
         arrays = run_kept(
@@ -94,7 +94,7 @@ def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Ite
 
 
 def _read_setting(text: str) -> int | None:
-    """The number of a setting; None for that of the simulations."""
+    """Returns the number of a setting; None for that of the simulations."""
     if text == _DEFAULT:
         return None
     if not text.isdecimal():
@@ -110,7 +110,7 @@ def _show_setting(study: Robustness, index: int | None) -> int:
 
 
 def _prove(study: Robustness, count: int) -> int:
-    """Prints how far interpolated motions are from simulated ones; exit status 1 where that is too far."""
+    """Prints the error of interpolated motions relative to simulated ones; exit status 1 if it is too large."""
     rng = np.random.default_rng([study.seed, StudyStream.PROOF])
     drawn = rng.choice(max(count, DEFAULT_NUM_SETTINGS), size=count, replace=False)
     worst = 0.0

@@ -1,9 +1,10 @@
-"""Share of the settings in which claims hold, and first-order effect of each assumption on a claim.
+"""Share of settings in which claims hold, and the first-order effect of each assumption on a claim.
 
-The first-order index of an assumption is the share of a claim's variance, holds or not, that it explains by itself:
-Var(E[y | x]) / Var(y), estimated from the settings as they are, by bins of x (Saltelli et al. 2008, Global
-Sensitivity Analysis, chapter 4), less what chance explains (epsilon squared, Kelley 1935). What is left by chance is
-the level that the largest of all indices exceeds in one of twenty permutations of the outcomes.
+A claim's outcome y is 1 if it holds and 0 if not. The first-order index of an assumption x is the share of the
+variance of y that x explains by itself, Var(E[y | x]) / Var(y). It is estimated from the sampled settings in bins of
+x (Saltelli et al. 2008, Global Sensitivity Analysis, chapter 4) and corrected for what chance explains (epsilon
+squared, Kelley 1935). The null level is the value that the largest of all indices exceeds in one of twenty
+permutations of the outcomes.
 """
 
 import itertools
@@ -20,7 +21,7 @@ from studies.robustness.assumptions import Assumption
 
 NUM_BINS = 5
 _NUM_PERMUTATIONS = 1_000
-# With fewer outcomes of either kind there is nothing to explain.
+# Fewer outcomes of either kind leave nothing to explain.
 _LEAST_OUTCOMES = 5
 
 
@@ -30,25 +31,27 @@ class Effects(NamedTuple):
     evaluated: int  # number of settings in which the claim could be judged
     holds: float  # share of these in which the claim holds
     ci95: tuple[float, float]  # Wilson's interval of the share
-    indices: Array  # first-order index of each assumption, (D,); zero where there is nothing to explain
+    indices: Array  # first-order index of each assumption, (D,); zero if there is nothing to explain
     null_level: float  # level that the largest index exceeds by chance in one of twenty permutations
 
     @property
     def strongest(self) -> int:
-        """Position of the assumption with the largest index."""
+        """Index of the assumption with the largest first-order index."""
         return int(self.indices.argmax())
 
     @property
     def is_above_chance(self) -> bool:
-        """True if the largest index exceeds the level of chance."""
+        """True if the largest index exceeds the null level."""
         return bool(self.indices.max() > self.null_level)
 
 
 def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Effects:
-    """Measures share and first-order effects of a claim.
+    """Computes the share of settings in which a claim holds, and its first-order effects.
 
-    Outcomes, (N,), are 1 where it holds, 0 where not, and not a number where it was not judged; levels of
-    assumptions, (N, D), are those of ``find_levels``. The seed determines the permutations.
+    Args:
+        outcomes: 1 where the claim holds, 0 where not, NaN where it was not judged, (N,).
+        levels: Levels of the assumptions from ``find_levels``, (N, D).
+        seed: Seed of the permutations.
     """
     judged = np.isfinite(outcomes)
     y, levels = outcomes[judged], levels[judged]
@@ -65,9 +68,9 @@ def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Eff
 
 
 def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
-    """First-order indices of P outcomes of N settings, (P, N), by D assumptions' levels, (N, D); shape (P, D).
+    """Computes first-order indices, (P, D), of P outcomes in N settings, (P, N), for levels of D assumptions, (N, D).
 
-    Zero where what an assumption explains is no more than its number of levels explains on average by chance.
+    An index is zero if the assumption explains no more than its number of levels would by chance on average.
     """
     count = y.shape[1]
     centred = y - y.mean(axis=1, keepdims=True)
@@ -83,7 +86,7 @@ def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
 
 
 def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.intp]:
-    """Levels of assumptions, (N, D): which choice, or which fifth of the range; from places in the ranges, (N, D)."""
+    """Returns levels of assumptions, (N, D), choices or fifths of ranges, for positions in ranges, (N, D)."""
     columns = []
     for assumption, column in zip(assumptions, places.T, strict=True):
         if assumption.choices:
@@ -94,7 +97,7 @@ def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.
 
 
 def name_levels(assumption: Assumption) -> list[str]:
-    """Names of the levels of an assumption."""
+    """Returns the names of an assumption's levels."""
     if assumption.choices:
         return list(assumption.choices)
     ends = [assumption.place(k / NUM_BINS) for k in range(NUM_BINS + 1)]
@@ -107,7 +110,7 @@ def _show_end(end: float | str) -> str:
 
 
 def share_by_level(outcomes: Array, level: NDArray[np.intp], names: Sequence[str]) -> dict[str, float | None]:
-    """Share of settings in which a claim holds, by the level of one assumption; None where there is none."""
+    """Computes the share of settings in which a claim holds at each level of an assumption; None without any."""
     shares: dict[str, float | None] = {}
     for index, name in enumerate(names):
         chosen = outcomes[(level == index) & np.isfinite(outcomes)]

@@ -1,4 +1,4 @@
-"""One setting: every claim, held against the numbers it gives."""
+"""Evaluation of one setting: its numbers, and every claim judged by them."""
 
 import logging
 import time
@@ -44,19 +44,19 @@ from studies.robustness.least_work import plan_least_work
 class Outcome(NamedTuple):
     """Outcome of one setting."""
 
-    # Measured numbers by experiment; without the experiments that could not be run.
+    # Measured numbers by experiment, without experiments that could not be run.
     numbers: dict[str, dict[str, Any]]
-    # 1 for a claim that holds, 0 for one that does not, not a number for one that cannot be judged.
+    # 1 for a claim that holds, 0 for one that does not, NaN for one that cannot be judged.
     outcomes: dict[str, float]
     reasons: dict[str, str]  # reason why an experiment could not be run, by its name; empty if it could
     cpu_s: dict[str, float]  # processor time, by part, [s]
     held: dict[str, Held]  # objects of Simulations I and II as observers hold them, by experiment
-    # Largest error of interpolated motions, all holds simulated, [m]; not a number if they were not.
+    # Largest error of interpolated motions if all holds were simulated, [m]; NaN otherwise.
     interpolation_error: float
 
     @property
     def simulated(self) -> float:
-        """Share of the holds that were simulated, of those that differ; not a number if nothing was held."""
+        """Share of distinct holds that were simulated; NaN if nothing was held."""
         motions = [each.motions for held in self.held.values() for each in held.tools]
         if not motions:
             return float("nan")
@@ -76,10 +76,10 @@ def evaluate_setting(
     simulates_contact: bool = False,
     proves: bool = False,
 ) -> Outcome:
-    """Evaluates a setting, values of the assumptions, by observers that learn, hold and choose.
+    """Evaluates a setting with observers that learn, hold and choose.
 
-    Contact is simulated on demand, without which the force of the blow is not judged; blows of least work have none.
-    A proof simulates all holds as well and compares them with the interpolated ones.
+    Contact is simulated only if asked for; without it the force of the blow is not judged, and blows of least work
+    are never simulated. A proof also simulates all holds, and compares them with interpolated ones.
     """
     world = build_world(setting, models, settings)
     clock = _Clock()
@@ -138,7 +138,7 @@ def _judge_alone(name: str, numbers: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _plan_hammer(world: World, clock: "_Clock") -> Choice:
-    """Plans the blows with both grips, by least work where the setting says so."""
+    """Plans the blows with both grips, by least work if the setting says so."""
     with clock.measure("hammer"):
         choice = _check(plan_choice(list_options(world.novel), world.hammer, world.settings))
     if not world.plans_least_work:

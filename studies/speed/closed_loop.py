@@ -1,11 +1,12 @@
-"""Cost of Python: the closed loop of experiment ``weight`` against the same plant under a hold written in C++.
+"""Cost of Python: the closed loop of experiment ``weight``, compared with a C++ controller on the same plant.
 
-The C++ hold is Drake's InverseDynamicsController, whose torque is sampled and held with the same control period, with
-the gains of minimum angular acceleration in continuous time (6 / T^2 and 4 / T) and the same believed inertia, so
-that arm and integrator do the same work. Both Diagrams log the same ports. They are run alternately, in one process.
+The C++ controller is Drake's InverseDynamicsController. Its torque is sampled and held with the same control period,
+it has the gains of minimum angular acceleration in continuous time (6 / T^2 and 4 / T), and it believes the same
+inertia, so that arm and integrator do the same work. Both Diagrams log the same ports. They are run alternately in
+one process.
 
-Shares of the time: controller and estimator are timed in the loop; the integrator's time is that of the same plant
-fed, by C++ alone, with the recorded torques of the loop, so that it moves in the same way.
+Shares of the time: controller and estimator are timed in the loop. The integrator's time is that of the same plant
+when C++ code alone feeds it the recorded torques of the loop, so that it moves in the same way.
 """
 
 import dataclasses
@@ -38,7 +39,7 @@ from affordance.simulation.trial_record import TrialRecord
 from studies.speed.timing import time_by_turns
 
 NUM_TURNS = 15
-# Interval after which the recorded state is restored during replay of torques, [s].
+# Interval at which the recorded state is restored while torques are replayed, [s].
 _REPLAYED_AT_ONCE = 0.5
 HEADER = [
     "object",
@@ -79,13 +80,13 @@ def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: flo
 def build_torque_replay(tool: Tool, record: TrialRecord, settings: Settings, duration: float) -> Callable[[], None]:
     """Builds the plant fed with recorded torques; returns a function that runs one trial.
 
-    Starting from rounding errors, an arm without feedback departs from its record by a factor of ten every twelfth of
-    a second; so the recorded state is restored at intervals. The record must hold every control period.
+    Without feedback, rounding errors grow by a factor of ten every twelfth of a second, so the recorded state is
+    restored at intervals. The record must contain every control period.
     """
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm)
-    # The torque logged at a time is that of the control period which ends there. Breaks lie half a period before the
-    # period's start, so that no rounding selects the row before.
+    # A logged torque belongs to the control period that ends at its time. Breaks are half a period before the start
+    # of the period, so that rounding never selects the row before.
     tau = np.vstack([record.tau[1:], record.tau[-1:]])
     steps = PiecewisePolynomial.ZeroOrderHold(
         (record.times - 0.5 * settings.control_period).tolist(), list(tau[:, :, None])
@@ -105,7 +106,7 @@ def _finish_diagram(
     duration: float,
     starts: tuple[Array, Array],
 ) -> Callable[[], None]:
-    """Holds the torque for a control period, adds logs, and builds; starts are times and the states set then."""
+    """Holds the torque for a control period, adds logs, and builds; starts are times and the states set at them."""
     held = builder.AddSystem(ZeroOrderHold(settings.control_period, arm.num_joints))
     builder.Connect(tau, held.get_input_port())
     builder.Connect(held.get_output_port(), arm.plant.GetInputPort("actuation"))
@@ -131,7 +132,7 @@ def _finish_diagram(
 
 @contextmanager
 def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
-    """Sums the wall time spent in methods, by name of their class, while the context lasts, [s]."""
+    """Adds up the wall time spent in methods, by name of their class, while the context is open, [s]."""
     spent: dict[str, float] = defaultdict(float)
     originals = [(owner, name, getattr(owner, name)) for owner, name in methods]
 
@@ -183,10 +184,10 @@ def measure_case(tool: Tool, density: float) -> dict[str, float]:
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Measures the trials of the experiment; returns rows of a table, and the ratios of their sums."""
+    """Measures the trials of the experiment; returns rows of a table, and the ratios of total times."""
     tools = weight.read(Setup())
     true = tools[0].components[0].material.density
-    learned = 0.97 * true  # about the belief after a trial or two
+    learned = 0.97 * true  # close to the belief after one or two trials
     cases = [
         (tools[0], DEFAULT_SETTINGS.prior.mode),
         *((tool, learned) for tool in tools[1:]),

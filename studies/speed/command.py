@@ -1,4 +1,4 @@
-"""``affordance study speed``: measures speed against peers and brute force."""
+"""``affordance study speed``: compares the program's speed with other libraries and with brute force."""
 
 import argparse
 import importlib.metadata
@@ -12,7 +12,7 @@ from affordance.files.atomic import write_text
 from affordance.runs.repeats import list_versions
 from studies.study import Findings, Study, Task, Work, add_only, format_table, import_part, print_table
 
-# Modules that measure ratios, in order.
+# Modules that measure ratios, in the order of the report.
 MEASURED = ("closed_loop", "mpc_tick", "regressor", "decision", "strike")
 _PEERS = ("pin",)
 HOW = {

@@ -1,10 +1,10 @@
-"""Inner simulation against brute force: the same decisions by a matrix product and by moving the arm in Drake.
+"""Inner simulation compared with brute force: equal decisions from a matrix product and from moving the arm in Drake.
 
-A decision is the choice of the grip of the novel object with which a task takes less work, under one sampled density:
-moving its free end along the path of Simulation III, or driving the nail of Simulation IV. Inner simulation plans the
-motions of each grip once and then decides for ten thousand densities at a time; brute force simulates both grips
-under each density, with contact. Half of the densities are drawn from the prior, half from an observer's belief after
-one trial, so that near ties are among them.
+A decision is the choice of the novel object's grip with which a task takes less work, under one sampled density. The
+task is to move the free end along the path of Simulation III, or to drive the nail of Simulation IV. Inner simulation
+plans the motions of each grip once, then decides for ten thousand densities at a time. Brute force simulates both
+grips under each density, with contact. Half of the densities are drawn from the prior and half from an observer's
+belief after one trial, so that they include near ties.
 """
 
 import time
@@ -36,7 +36,7 @@ from studies.speed.timing import time_by_turns
 HEADER = ["what", "reach", "hammer"]
 NUM_ROLLOUTS = 100
 NUM_FAST = 10_000
-# Relative difference of both grips' works below which a decision counts as a near tie.
+# Relative difference between both grips' works below which a decision counts as a near tie.
 NEAR_TIE = 0.03
 LABELS = (
     "same choice",
@@ -71,7 +71,7 @@ class Comparison(NamedTuple):
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Decides both ways for the same densities; returns rows of a table, and the ratio of decisions per second."""
+    """Makes the same decisions in both ways; returns rows of a table, and the ratio of decisions per second."""
     setup = Setup()
     held, (tool, *_), task = reach.read(setup)
     _, _, nail = hammer.read(setup)
@@ -83,9 +83,10 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
 
 
 def compare(tool: Tool, task: Reach | Hammer, held: Sequence[Tool], setup: Setup) -> tuple[list[str], Choice, float]:
-    """Decides both ways; half of the densities are drawn from the belief of an observer after one hold.
+    """Makes decisions in both ways; half of the densities are drawn from an observer's belief after one hold.
 
-    Returns: Column of the table, the choice, and the ratio of decisions per second, planning included.
+    Returns:
+        Column of the table, the choice, and the ratio of decisions per second, planning included.
     """
     start = time.perf_counter()
     choice = plan_choice(list_options(tool), task, setup.settings)
@@ -141,7 +142,7 @@ def simulate_all(tool: Tool, task: Reach | Hammer, choice: Choice, colours: Sequ
                     rollout = roll_out(held, task, known, choice.settings)
                     work[place, k], feasible[place, k] = rollout.work, rollout.error <= task.path.tolerance
                 else:
-                    assert isinstance(cost, BlowCost)  # as built by a Hammer
+                    assert isinstance(cost, BlowCost)  # because a Hammer built it
                     blow = simulate_blow(held, task, cost, known, choice.settings)
                     work[place, k] = blow.work
                     feasible[place, k] = abs(blow.force / task.force - 1.0) <= FORCE_TOLERANCE
@@ -151,7 +152,7 @@ def simulate_all(tool: Tool, task: Reach | Hammer, choice: Choice, colours: Sequ
 
 
 def measure_quadrature(choice: Choice, task: Reach, held: Sequence[Tool]) -> float:
-    """Computes the largest relative error of the work by the quadrature's nodes, under densities of the prior."""
+    """Computes the largest relative error of the work due to the quadrature's nodes, under densities of the prior."""
     memory = MaterialMemory().add_colours(list_colours(held), choice.settings.prior)
     pi = choice.draw_parameters(memory, np.random.default_rng(2), NUM_ROLLOUTS)
     model = ArmModel(load_arm(choice.settings.arm))

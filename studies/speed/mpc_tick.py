@@ -1,13 +1,14 @@
-"""Control period of the controller, compared with the bare algebra it needs and with Drake's own solvers.
+"""Time of one control period of the controller, compared with the algebra alone and with Drake's own solvers.
 
-Where no limit is active the baseline is the closed form alone: solve for the multipliers of the terminal goal, and
-multiply out the accelerations. It is timed once for a goal that changes, with a factorisation in every control
-period, and once for this constant goal, with the inverse kept. The control period is all that the system does at
-every event: read the state, find the goal, plan, check the limits over the whole plan, and compute the torques; at
-states never seen before.
+If no limit is active, the baseline is the closed form alone: it solves for the multipliers of the terminal goal, and
+multiplies out the accelerations. It is timed for a changing goal, with a factorisation in every control period, and
+for this constant goal, with a stored inverse. The control period is everything that the system does at an event, at
+states never seen before: it reads the state, finds the goal, plans, checks the limits over the whole plan, and
+computes torques.
 
-Where limits are active the baseline is OSQP at 1e-6 on a kept program, formulated as suits OSQP best: accelerations
-only, goal and limits hard. That program is not always feasible; only states where it is are compared.
+If limits are active, the baseline is OSQP at 1e-6 with a reused program in the formulation that suits OSQP best:
+accelerations only, with hard goal and limits. That program is not always feasible; only states where it is are
+compared.
 """
 
 from collections.abc import Callable
@@ -50,7 +51,7 @@ def build_bare_algebra(
 
 
 def build_equality_solver(settings: MpcSettings, num_joints: int) -> Callable[[Array, TerminalGoal], Array]:
-    """Builds the same plan with Drake's choice, the equality-constrained solver, on a kept program."""
+    """Builds the same plan with the solver that Drake chooses (equality-constrained), on a reused program."""
     N, T = settings.num_steps, settings.horizon
     one = np.eye(num_joints)
     terminal = np.vstack([np.kron(response[-1], one) for response in compute_responses(settings)])
@@ -70,7 +71,7 @@ def build_equality_solver(settings: MpcSettings, num_joints: int) -> Callable[[A
 
 
 class HardOsqp:
-    """Kept program of accelerations only, with hard goal and limits, solved by OSQP at 1e-6."""
+    """Reusable program of accelerations only, with hard goal and limits, solved by OSQP at 1e-6."""
 
     def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
         """Builds the program."""

@@ -1,4 +1,4 @@
-"""Arm of this project in two other dynamics libraries, built from models/arm.sdf without Drake; also for tests."""
+"""This project's arm in two other dynamics libraries, built from models/arm.sdf without Drake; tests use it too."""
 
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -17,8 +17,8 @@ class LinkData(NamedTuple):
     p_parent: Array  # position of the joint in the parent body, (3,), [m]
     axis: Array
     mass: float
-    p_com: Array  # (3,), [m]
-    I_com: Array  # about the centre of mass, (3, 3), [kg m^2]
+    p_com: Array  # position of the centre of mass, (3,), [m]
+    I_com: Array  # rotational inertia about the centre of mass, (3, 3), [kg m^2]
 
 
 def read_links() -> list[LinkData]:
@@ -88,9 +88,10 @@ def build_pinocchio() -> pinocchio.Model:
 
 
 def build_toolbox_arm() -> tuple[roboticstoolbox.Robot, Array]:
-    """Builds the arm in the Robotics Toolbox for Python, which turns about positive axes only.
+    """Builds the arm in the Robotics Toolbox for Python, which supports positive axes only.
 
-    Returns: Arm, and the signs (num_joints,) by which its angles and torques are to be multiplied.
+    Returns:
+        Arm, and the signs, (num_joints,), by which its angles and torques must be multiplied.
     """
     rotations = (roboticstoolbox.ET.Rx, roboticstoolbox.ET.Ry, roboticstoolbox.ET.Rz)
     links: list[roboticstoolbox.Link] = []
@@ -102,5 +103,5 @@ def build_toolbox_arm() -> tuple[roboticstoolbox.Robot, Array]:
         parent = links[-1] if links else None
         links.append(roboticstoolbox.Link(ets, m=link.mass, r=link.p_com, I=link.I_com, parent=parent))
         signs.append(link.axis[axis])
-    # The toolbox takes gravity as the acceleration of free fall.
+    # The toolbox defines gravity as the acceleration of a body in free fall.
     return roboticstoolbox.Robot(links, gravity=[0.0, 0.0, -9.81]), np.array(signs)

@@ -1,7 +1,7 @@
 """Payload regressor along a trajectory of 300 samples, compared with Pinocchio's C++ regressor called in a loop.
 
-Pinocchio computes the columns of all bodies, of which the last ten are used; it has no function for a single body in
-the space of joint torques.
+Pinocchio computes the columns of all bodies, of which only the last ten are used. It has no joint-torque regressor of
+a single body.
 """
 
 import numpy as np

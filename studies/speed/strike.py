@@ -1,12 +1,12 @@
-"""Accuracy and time of the integrator for a blow on a nail, whatever the timing of its steps.
+"""Accuracy and time of the integrator for a blow on a nail, independent of when its steps occur.
 
 The stick of Simulation IV is swung at the nail by either end, with known densities. The whole closed loop is
-simulated, with controller, estimator and loggers in place, from starts that differ in the position of the nail: up to
-a millimetre to either side along the blow, so that it is struck up to 0.3 ms before or after the start of a control
-period, at different moments of steps. The swing is simulated once for each; every setting then continues from a copy
-of its Context 20 ms before the planned strike, until 35 ms after it. The reference is implicit Euler at 1e-6 with
-steps of at most 10 us, from one start for each grip; an explicit integrator would need steps of 20 ns, as the
-resistance is so stiff at rest.
+simulated, including controller, estimator and loggers. Starts differ in the position of the nail, by up to a
+millimetre to either side along the blow, so that the nail is struck up to 0.3 ms before or after the start of a
+control period and at different moments within steps. Each swing is simulated once; every setting of the integrator
+then continues from a copy of its Context, from 20 ms before the planned strike until 35 ms after it. The reference is
+implicit Euler at 1e-6 with steps of at most 10 us, from one start for each grip. An explicit integrator would need
+steps of 20 ns, as the resistance is very stiff at rest.
 
 Times are wall times: run it on an otherwise idle machine. Other integrators, plants and models of contact were
 compared once (docs/decisions/0013-nail.md).
@@ -57,7 +57,8 @@ REFERENCE = dataclasses.replace(
         DEFAULT_SETTINGS.integrator, contact_scheme="implicit_euler", contact_accuracy=1e-6, contact_max_step=1e-5
     ),
 )
-# Fraction of the nail's travel up to which its impulse is counted: afterwards only the tool's weight rests on it.
+# Fraction of the nail's travel up to which the impulse is counted; afterwards only the tool's weight rests on the
+# nail.
 _WHOLE_WAY = 0.999
 
 

@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Runs the study, which reads files throughout and writes none."""
+    """Runs the study, which only reads files; the returned work writes the results."""
     config = ToolsConfig(
         data=arguments.data,
         models=arguments.models,

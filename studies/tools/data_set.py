@@ -1,7 +1,7 @@
-"""Workshop tools of Nadeau, Giamou and Kelly (ICRA 2023), in a user's clone, split into two halves.
+"""Workshop tools of Nadeau, Giamou and Kelly (ICRA 2023), read from a user's clone and split into two halves.
 
-None of these data come with this program. The material of each body of a mesh and the hold of each tool are in
-models/workshop/hps.yaml, the densities of materials in models/materials.yaml.
+None of these data come with this program. Materials of the bodies in each mesh, and the hold of each tool, are in
+models/workshop/hps.yaml; densities of materials are in models/materials.yaml.
 """
 
 import enum
@@ -22,7 +22,7 @@ from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
 
-# Tools on which every choice was made; the other ten were looked at once, at the end.
+# Learning half, on which every choice was made; the other ten tools were used once, at the end.
 LEARNING = (
     "Allen Key",
     "Box Wrench",
@@ -52,7 +52,7 @@ class Half(enum.Enum):
 
 @dataclass(frozen=True)
 class TrueInertia:
-    """True inertia of a tool, from the program with which it was drawn."""
+    """True inertia of a tool, from the CAD program in which it was drawn."""
 
     mass: float  # mass, [kg]
     p_FBcm: Array  # centre of mass in the frame F of the mesh, shape (3,), [m]
@@ -60,7 +60,7 @@ class TrueInertia:
 
 
 class _InertiaEntry(DataModel):
-    """Inertia of a tool as the data set states it, among other things."""
+    """Entry of a tool's inertia in the data set, among other things."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -80,7 +80,8 @@ class _InertiaFile(DataModel):
 def load_known_materials(models: Path) -> dict[str, Material]:
     """Loads the materials that an observer who knows workshop tools recognises by sight, by name.
 
-    A file that is wrong raises a BadValueError with file and reason.
+    Raises:
+        BadValueError: A file is invalid; the message names file and reason.
     """
     return select_known(load_materials(models / MATERIALS.name), (), models)
 
@@ -100,9 +101,10 @@ class DataSet:
 
     @cached_property
     def tools(self) -> dict[str, Tool]:
-        """Tools of the halves by name, in the order of our file; no file of another tool is opened.
+        """Tools of the halves by name, in the order of our file; files of other tools are not opened.
 
-        A mesh that is missing or cannot be read raises a BadValueError.
+        Raises:
+            BadValueError: A mesh is missing or cannot be read.
         """
         self.check()
         found = load_tools(
@@ -111,9 +113,10 @@ class DataSet:
         return {tool.name: tool for tool in found}
 
     def check(self) -> None:
-        """Checks that nothing is missing, before anything is run for minutes.
+        """Checks that no file is missing, before anything runs for minutes.
 
-        A folder that is no clone of the data set raises a BadValueError.
+        Raises:
+            BadValueError: The folder is not a clone of the data set.
         """
         for path in (_MESHES, _SIMULATIONS, _SEGMENTATIONS):
             if not (self.folder / path).is_dir():
@@ -130,7 +133,8 @@ class DataSet:
     def read_truth(self, name: str) -> TrueInertia:
         """Reads the true inertia of a tool.
 
-        A file that is missing or has a wrong value raises a BadValueError.
+        Raises:
+            BadValueError: The file is missing or has an invalid value.
         """
         entry = load_model(self.folder / _MESHES / name / "Inertia.yaml", _InertiaFile).OBJECT
         return TrueInertia(entry.MASS, np.array(entry.COM_WRT_MESH), np.array(entry.INERTIA_WRT_COM))
@@ -144,7 +148,7 @@ class DataSet:
         return self.folder / _SIMULATIONS / f"{name.replace(' ', '_')}.pkl"
 
     def find_segmentation(self, name: str) -> Path:
-        """Returns the path of a tool's parts as found by the data set's authors."""
+        """Returns the path of a tool's parts as segmented by the data set's authors."""
         key = name.replace(" ", "_")
         return self.folder / _SEGMENTATIONS / key / f"{key}.ply"
 
@@ -168,7 +172,7 @@ def measure_parity(data: DataSet) -> dict[str, Deviation]:
 
 
 def compare_inertia(tool: Tool, truth: TrueInertia) -> Deviation:
-    """Compares a tool, as it is written in the frame of its mesh, with its true inertia."""
+    """Compares a tool's inertia, in the frame of its mesh, with the true inertia."""
     I_BBcm = compute_central_inertia(tool.parameters)
     return Deviation(
         abs(tool.mass / truth.mass - 1.0),

@@ -32,7 +32,7 @@ _METHOD_NAMES = {
     "geo_stored": "GEO as stored (told the mass)",
     "ols": "least squares",
 }
-# Duration of slow motion before and after the strike, [s], and its factor, [1].
+# Duration of slow motion before and after the strike, [s], and its factor.
 _SLOW_BEFORE, _SLOW_AFTER, _SLOWER = 0.02, 0.04, 30.0
 # Colours of right and wrong choices.
 _RIGHT, _WRONG = "#D5EBDD", "#F6D9CC"
@@ -54,7 +54,7 @@ def save_figures(result: ToolsResult, folder: Path) -> None:
 
 
 def write_blows(result: ToolsResult, path: Path) -> None:
-    """Writes the simulated blows as an animated page, slower and enlarged around the strike."""
+    """Writes the simulated blows as an animated page, in slow motion and enlarged around the strike."""
     scenes = []
     for choices in result.choices.values():
         for checked in choices.blows:
@@ -75,7 +75,7 @@ def write_blows(result: ToolsResult, path: Path) -> None:
 
 
 def draw_first_touch(result: ToolsResult) -> Figure:
-    """Draws masses predicted by one observer over the true ones, from drawings and from two views."""
+    """Plots masses predicted by one observer against true masses, for geometry from drawings and from two views."""
     sources = [source for source in (Source.CAD, Source.TWO_VIEWS) if source in result.config.sources]
     figure = Figure(figsize=(5.2 * len(sources), 4.8))
     all_axes = figure.subplots(1, len(sources), squeeze=False, sharex=True, sharey=True)[0]
@@ -100,7 +100,7 @@ def draw_first_touch(result: ToolsResult) -> Figure:
 
 
 def draw_measures(result: ToolsResult) -> Figure:
-    """Draws the mean absolute error of the logarithm of mass by geometry and holds, next to the floors."""
+    """Plots the mean absolute log error of mass for each geometry and number of holds, next to the floors."""
     halves = result.config.halves
     figure = Figure(figsize=(4.6 * len(halves) + 1.4, 3.6))
     all_axes = figure.subplots(1, len(halves), squeeze=False, sharey=True)[0]
@@ -130,7 +130,7 @@ def draw_measures(result: ToolsResult) -> Figure:
 
 
 def draw_records(result: ToolsResult) -> Figure:
-    """Draws errors of mass, centre of mass and inertia on the records, by noise and method."""
+    """Plots errors of mass, centre of mass and inertia on the records, for each noise level and method."""
     figure = Figure(figsize=(11.0, 3.8))
     all_axes = figure.subplots(1, 3)
     noises = list(result.records)
@@ -151,7 +151,7 @@ def draw_records(result: ToolsResult) -> Figure:
 
 
 def draw_grips(choices: Choices) -> Figure:
-    """Draws a table of the grip that is chosen, right or wrong, by task, tool, geometry and belief."""
+    """Draws a table of chosen grips, right or wrong, by task, tool, geometry and belief."""
     tasks = list(dict.fromkeys(task for task, _, _ in choices.rankings))
     rows = [(task, tool.name) for task in tasks for tool in choices.tools]
     columns = [(geometry, belief) for geometry in ("drawing", "pictures") for belief in _BELIEF_NAMES]

@@ -1,8 +1,8 @@
-"""Prediction of the mass of a tool never held, from experience with other tools of the same materials.
+"""Prediction of the mass of a tool that was never held, from experience with tools of the same materials.
 
-Four measures compare predicted masses m with true masses M, as is usual where mass is predicted from pictures
-(Standley, Sener, Chen and Savarese 2017, image2mass, CoRL): the mean of |m - M|, of |ln m / M|, of |m - M| / M, and
-of min(m / M, M / m).
+Four measures compare predicted masses m with true masses M, as is usual for masses predicted from pictures (Standley,
+Sener, Chen and Savarese 2017, image2mass, CoRL): the means of |m - M|, of |ln m / M|, of |m - M| / M, and of
+min(m / M, M / m).
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,12 +25,12 @@ from studies.tools.holds import learn
 type Features = Mapping[str, Sequence[ComponentFeatures]]
 type Felt = Mapping[str, Sequence[TorqueStatistics]]
 
-# Number of samples of the belief from which medians and intervals are computed.
+# Number of belief samples from which medians and intervals are computed.
 _NUM_SAMPLES = 4000
 # Ends of the 90 % intervals, and the median, [%].
 _PERCENTILES = (5.0, 50.0, 95.0)
-# A tool can be left out if recurring materials make up at least this fraction of its mass, and a material recurs if
-# it makes up at least this fraction of another tool's mass; with less, holding that tool teaches nothing.
+# A tool can be left out if recurring materials make up at least this fraction of its mass. A material recurs if it
+# makes up at least this fraction of another tool's mass; with less, holding that tool teaches nothing.
 _MIN_KNOWN, _MIN_RECURRING = 0.9, 0.1
 # Colour of every part for an observer who sees no colours.
 _ONE_COLOUR: Colour = (0.5, 0.5, 0.5)
@@ -109,7 +109,7 @@ def take_first(felt: Felt, count: int) -> dict[str, Sequence[TorqueStatistics]]:
 
 
 def make_all_alike(features: Features) -> dict[str, list[ComponentFeatures]]:
-    """Gives every part of every tool the same colour, as for an observer who knows only one density."""
+    """Gives every part of every tool the same colour, as for an observer who knows a single density."""
     return {
         name: [replace(part, colour=_ONE_COLOUR, colour_sd=0.0) for part in parts] for name, parts in features.items()
     }
@@ -127,7 +127,7 @@ def predict_without_experience(
 
 
 def list_recurring(tools: Mapping[str, Tool]) -> tuple[str, ...]:
-    """Lists the tools that other tools can teach about: those made mostly of materials that recur in others."""
+    """Lists the tools made mostly of materials that recur in other tools, from which they can be learned."""
     shares = {name: compute_shares(tool) for name, tool in tools.items()}
     recurring = []
     for name, own in shares.items():
@@ -144,7 +144,7 @@ def list_recurring(tools: Mapping[str, Tool]) -> tuple[str, ...]:
 
 
 def compute_shares(tool: Tool) -> dict[str, float]:
-    """Computes the fraction of a tool's mass that each of its materials makes up, by name."""
+    """Computes the fraction of a tool's mass for each of its materials, by name."""
     masses: dict[str, float] = {}
     for part in tool.components:
         masses[part.material.name] = masses.get(part.material.name, 0.0) + part.material.density * part.shape.volume

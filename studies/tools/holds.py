@@ -1,8 +1,8 @@
 """Torques measured while the arm holds the learning tools, simulated once for all studies of learning from them.
 
-Torques, the arm's own share of them and the payload regressor do not depend on beliefs, so the same holds serve any
-geometry and any tool that is left out. Several holds of one tool are one observation with less noise: the tool's
-deviation from its materials, and the error of its observed features, are the same each time.
+Torques, the arm's own share of them, and the payload regressor do not depend on beliefs, so the same holds can be
+used for any geometry and for any tool that is left out. Several holds of one tool are one observation with less
+noise: the tool's deviation from its materials, and the error of its observed features, are the same in each.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,9 +34,10 @@ def simulate_holds(
 ) -> dict[str, list[TorqueStatistics]]:
     """Simulates holds of each tool in each round, in random order, with learning in between.
 
-    Tools are held as they are gripped; the same order gives the same holds.
+    Tools are held by their grip. Equal orders give equal holds.
 
-    Returns: Torque statistics of the holds of each tool, by its name.
+    Returns:
+        Torque statistics of the holds of each tool, by its name.
     """
     runner, seed = TrialRunner(settings), check_seed(seed)
     colours = list_colours(tools)
@@ -47,7 +48,7 @@ def simulate_holds(
     for turn in range(rounds):
         for index in order.permutation(len(tools)):
             tool = tools[index]
-            # From 1, as a seed that ends in 0 gives the numbers of the same seed without it.
+            # Counted from 1, because a seed that ends in 0 gives the same numbers as the seed without the 0.
             hold = feel(runner, tool, memory, duration=DURATION, seed=(*seed, 1 + turn, 1 + int(index)))
             felt[tool.name].append(hold)
             memory = _teach(memory, drawings[tool.name], felt[tool.name][-1], settings, settings.noise)
@@ -71,9 +72,9 @@ def learn(
     colours: Sequence[Colour],
     settings: Settings,
 ) -> MaterialMemory:
-    """Learns from tools that were held, by name, with one update per tool.
+    """Learns from held tools, by name, with one update per tool.
 
-    Features are those of each tool as it was held. Materials are remembered whose colours the learner knows.
+    Features are those of each tool as it was held. Only materials whose colours the learner knows are remembered.
     """
     memory: MaterialMemory = MaterialMemory().add_colours(colours, settings.prior)
     for name, holds in felt.items():
@@ -86,7 +87,7 @@ def learn(
 
 
 def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> MaterialMemory:
-    """Learns materials from holding tools in the arm's home posture, by the first grip or as written without one."""
+    """Learns materials from tools held in the home posture, by their first grip or, without grips, as written."""
     held = [tool.gripped_by(tool.grips[0]) if tool.grips else tool for tool in tools]
     felt = simulate_holds(held, settings, rounds=holds, seed=(seed, 1))
     return learn(felt, {tool.name: measure_drawing(tool) for tool in held}, list_colours(held), settings)
@@ -107,7 +108,7 @@ def _teach(
 
 
 def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:
-    """Returns the number of joints to which torque features of this length belong."""
+    """Returns the number of joints that corresponds to the length of the torque features."""
     count = 1
     while noise.num_features(count) < len(felt.features):
         count += 1

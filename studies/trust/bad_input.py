@@ -33,9 +33,9 @@ from affordance.files.model_folder import MODELS
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
 
-# Number of generated cases, of which some 700 differ; repeated ones are not counted.
+# Number of generated cases, of which some 700 are distinct; repeated ones are not counted.
 NUM_CASES = 850
-PATIENCE = 120.0  # for a process of its own, [s]
+PATIENCE = 120.0  # longest time for a case in its own process, [s]
 # Files to corrupt, each with an experiment that reads it first.
 FILES = {
     "materials.yaml": "weight",
@@ -51,7 +51,7 @@ FILES = {
 # Files whose keys are free names, and keys that are optional.
 NAMED = frozenset({"materials.yaml", "faults.yaml"})
 OPTIONAL = frozenset({"position", "rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
-# Keys that are optional in one file. Joints that a start does not name are as in the home posture.
+# Keys that are optional in one file only. Joints that a start does not name keep the home posture.
 _START = frozenset({"start", *load_arm().joint_names})
 OPTIONAL_IN = {
     "materials.yaml": frozenset({"source"}),
@@ -60,7 +60,7 @@ OPTIONAL_IN = {
     "paths/mash.yaml": _START,
     "nail.yaml": _START,
 }
-# Values of a wrong type or out of all bounds, for a number, a text, a list and a mapping.
+# Values of a wrong type or out of all bounds, in place of a number, a text, a list and a mapping.
 WRONG: dict[type, tuple[Any, ...]] = {
     float: (None, True, "heavy", [], {}, [1.0], float("nan"), float("inf"), -1e30, 1e30, 10**400),
     str: (None, False, 3, 2.5, "", "  ", [], {}, ["steel"]),
@@ -89,7 +89,7 @@ _ARM = (
 )
 
 
-# If one of these files is corrupted, the message must name any one of them: they load each other.
+# If one of these files is corrupted, the message may name any of them, because they load each other.
 _ARM_FILES = re.compile(r"arm\.sdf|arm\.dmd\.yaml|package\.xml")
 
 
@@ -114,7 +114,7 @@ class Case:
     file: str  # path in the folder of models
     content: bytes  # corrupted content
     what: str  # description of the corruption
-    # Words of which the refusal must name one, in addition to the file; empty if there is no key to name.
+    # Words, one of which the refusal must contain in addition to the file; empty if there is no key to name.
     keys: tuple[str, ...] = ()
 
 
@@ -151,7 +151,7 @@ def names_the_place(case: Case, found: Answer) -> bool:
     """Returns True if a refusal names the file and then one of the keys as an element of the path."""
     _, name, rest = found.err.partition(f"{Path(case.file).name}: ")
     path, *more = rest.split(": ")
-    if path == "tools" and more:  # of a tool by its name, or of all of them
+    if path == "tools" and more:  # the key of one tool, by its name, or of all of them
         path += f": {more[0]}"
     return bool(name) and (
         not case.keys or any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", path) for key in case.keys)
@@ -180,7 +180,7 @@ def spoil(draw: st.DrawFn) -> Case:
         what = f"without {place}"
     elif way == "add":
         name = draw(st.text("abcdefghijklmnopqrstuvwxyz_", min_size=3, max_size=12).map(lambda word: f"x_{word}"))
-        # Where names are free, the keys below them are not.
+        # Where names are free, the keys below them are fixed.
         old[name] = draw(st.sampled_from((1.0, "x", None)))
         key, what = name, f"{name!r} added to {place}"
     elif way == "length":
@@ -240,7 +240,7 @@ def _list_inner_places(
 
 
 def _find_without_observers(name: str) -> Any:
-    """Finds an experiment that plans its task, which may refuse a file, and runs nothing."""
+    """Returns an experiment that plans its task, and so may refuse a file, but runs no observer."""
     plans: dict[str, Callable[[Setup], object]] = {
         "reach": lambda setup: reach.plan(setup, *reach.read(setup)[1:]),
         "hammer": lambda setup: blows.plan_blows(setup, *hammer.read(setup)[1:], setup.models / hammer.NAIL),
@@ -251,7 +251,7 @@ def _find_without_observers(name: str) -> Any:
 
 
 def _do_nothing(*_: Any) -> None:
-    """Replaces what is done with accepted input."""
+    """Replaces the processing of accepted input."""
 
 
 def answer_for_arm(models: Path, number: int) -> Answer:
@@ -274,9 +274,10 @@ def answer_for_arm(models: Path, number: int) -> Answer:
 
 
 def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list[str]], dict[str, Any]]:
-    """Tests distinct ones of generated cases, and some corrupted arms.
+    """Tests the distinct generated cases, and several corrupted arms.
 
-    Returns: A row for each case without a correct refusal, and the counts of distinct cases.
+    Returns:
+        A row for each case that was not refused correctly, and the numbers of distinct cases.
     """
     tried, failures = 0, []
     seen: set[tuple[str, bytes]] = set()

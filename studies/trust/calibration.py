@@ -42,16 +42,16 @@ WHITE = WhiteNoise(0.7)
 # Names of the calibrations, in metrics.json and above their histograms.
 WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"
 AT_REST, CONSTANT = "Weber, felt at rest", "constant errors, felt at rest"
-LOOPS = (WEBER, WHITE_NOISE)  # loops of simulated observers; the others show the cost of approximations
+LOOPS = (WEBER, WHITE_NOISE)  # calibrations of the whole loop; the others show the cost of approximations
 EXACT, IGNORING = "Weber, at rest, exact Bayes on a grid", "Weber, in Drake, positivity ignored"
 
 NUM_DRAWS = 1000
-DURATION = 3.0  # of a hold, as in all experiments, [s]
+DURATION = 3.0  # duration of a hold, as in all experiments, [s]
 COVERAGES = (0.5, 0.8, 0.9)
 NUM_BINS = 20
 # Ranks from 0 to 999, fifty per bin.
 NUM_SAMPLES = 999
-# Grid of exact Bayes, up to the prior's quantile of 1 - 10^-6, in steps well below any posterior's width.
+# Grid for exact Bayes, up to the prior's quantile of 1 - 10^-6, with steps well below any posterior's width.
 _GRID = np.arange(25.0, 20_500.0, 50.0)
 
 
@@ -61,7 +61,7 @@ class CalibrationConfig:
 
     settings: Settings  # settings of all simulations, except the noise
     tool: Tool  # object of two materials, whose densities are replaced by drawn ones
-    moves: bool  # true to hold the object in Drake, False to measure it at rest
+    moves: bool  # true to hold the object in Drake, false to measure it at rest
     seed: int = 0  # root of every random draw
 
 
@@ -91,7 +91,7 @@ def load_stick() -> Tool:
 
 
 def build_config(noise: NoiseModel, *, moves: bool) -> CalibrationConfig:
-    """Builds the calibration of the stick under the settings of all simulations, with a noise model."""
+    """Builds the calibration with the stick, the settings of all simulations, and a noise model."""
     tool = load_stick()
     return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.gripped_by(tool.grips[0]), moves)
 
@@ -141,9 +141,10 @@ def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
 
 
 def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
-    """Draws a truth, and finds its rank in the posterior.
+    """Draws a truth, and computes its rank in the posterior.
 
-    Returns: ``mean`` and ``own``, the true densities; ``rank`` of the mean densities among NUM_SAMPLES samples;
+    Returns:
+        ``mean`` and ``own``, the true densities; ``rank`` of the mean densities among NUM_SAMPLES samples;
         ``sample_mean`` of these; ``centre`` and ``variance`` of the unrestricted normal distribution, and the
         ``bound`` on that variance, (M,) each; and ``p_value``.
     """
@@ -165,7 +166,7 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
 
 
 def assess(positions: Array) -> Calibration:
-    """Assesses positions of truths in their posteriors, (N, M), from 0 to 1."""
+    """Computes coverage and the test of uniformity from positions of truths in their posteriors, (N, M)."""
     counts = np.array([np.histogram(column, NUM_BINS, (0.0, 1.0))[0] for column in positions.T])
     p_value = min(1.0, len(counts) * min(float(chisquare(row).pvalue) for row in counts))
     covered = [(np.abs(positions - 0.5) <= 0.5 * coverage).mean() for coverage in COVERAGES]
@@ -173,7 +174,7 @@ def assess(positions: Array) -> Calibration:
 
 
 def find_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Computes positions of the truths from their ranks, each at the middle of its rank, (N, M)."""
+    """Computes positions of the truths from their ranks, each at the centre of its rank, (N, M)."""
     positions: Array = (arrays["rank"] + 0.5) / (NUM_SAMPLES + 1)
     return positions
 
@@ -186,8 +187,9 @@ def find_unrestricted_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
 def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
     """Computes positions of the object's own densities in exact posteriors of measurements at rest, (draws, 2).
 
-    Bayes' rule is applied by brute force, with the errors at every density's own torque. The object's densities stand
-    for the materials', whose deviations from them are neglected. Noise other than Weber's raises a ValueError.
+    Bayes' rule is applied by brute force, with errors evaluated at each density's own torque. The object's densities
+    are compared with the posterior of the materials' means, and deviations from these are neglected. Raises a
+    ValueError for noise other than Weber's.
     """
     noise, prior = config.settings.noise, config.settings.prior
     if not isinstance(noise, WeberNoise):
@@ -250,7 +252,7 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
             f"coverage{round(100 * coverage)}": float(np.mean([calibrations[name].coverage[i] for name in LOOPS]))
             for i, coverage in enumerate(COVERAGES)
         },
-        # Of both noise models, the one further from the target.
+        # The value of the noise model that is further from the target.
         "efficiency_vs_cramer_rao": max((efficiency[name] for name in LOOPS), key=lambda ratio: abs(ratio - 1.0)),
         "calibration": {
             name: {"p_value": found.p_value, "coverage": found.coverage} for name, found in calibrations.items()

@@ -1,4 +1,4 @@
-"""Comparison of a local run with one on a Dask cluster of this machine, one of whose two workers is killed.
+"""Compares a local run with a run on a Dask cluster on this machine, one of whose two workers is killed.
 
 Scheduler and workers are processes, started as in docs/howto/cluster.md.
 """
@@ -22,7 +22,7 @@ from affordance.cli import main
 from studies.trust.kills import list_differences
 
 NUM_REPEATS = 8
-PATIENCE = 60.0  # for a worker that gets no task, [s]
+PATIENCE = 60.0  # longest time to wait for a worker to get a task, [s]
 # Longest time for processes to start on a busy machine, [s].
 _START_PATIENCE = 120.0
 
@@ -65,7 +65,7 @@ class DaskCluster:
 
     def _wait_for_scheduler(self) -> str:
         deadline = time.monotonic() + _START_PATIENCE
-        while not (self._file.exists() and self._file.stat().st_size):  # made first, and written then
+        while not (self._file.exists() and self._file.stat().st_size):  # the file is created before it is written
             if time.monotonic() > deadline:
                 raise TimeoutError(f"no Dask scheduler after {_START_PATIENCE:g} s")
             time.sleep(0.05)
@@ -77,7 +77,7 @@ class DaskCluster:
                 if num_workers:
                     client.wait_for_workers(num_workers, timeout=_START_PATIENCE)
         except (TimeoutError, OSError) as error:
-            raise TimeoutError(f"no {num_workers} Dask workers after {_START_PATIENCE:g} s") from error
+            raise TimeoutError(f"fewer than {num_workers} Dask workers after {_START_PATIENCE:g} s") from error
 
     def connect(self) -> Any:
         """Returns a client of the scheduler, which the caller must close."""
@@ -108,9 +108,9 @@ def run(out: Path, *arguments: str) -> int:
 
 
 def kill_while_busy(cluster: DaskCluster, victim: subprocess.Popen[bytes], has_begun: Callable[[], bool]) -> bool:
-    """Kills a worker as soon as a run has begun and the worker has a task; returns True if it had one.
+    """Kills a worker once a run has begun and the worker has a task; returns True if it had a task.
 
-    It has none if the run ends first: the scheduler gives it no further task, and patience ends.
+    If the run ends first, the worker gets no task and the wait ends after PATIENCE.
     """
     address = cluster.find_worker(victim)
     deadline = time.monotonic() + PATIENCE
@@ -124,9 +124,12 @@ def kill_while_busy(cluster: DaskCluster, victim: subprocess.Popen[bytes], has_b
 
 
 def measure() -> tuple[list[list[str]], dict[str, Any]]:
-    """Runs locally and on the cluster; returns a row for each file that differs, and True if none does.
+    """Runs locally and on the cluster.
 
-    A victim without a task when it was killed proves nothing, and counts as a difference.
+    A worker that had no task when it was killed proves nothing; this counts as a difference.
+
+    Returns:
+        A row for each file that differs, and whether there are none.
     """
     with tempfile.TemporaryDirectory() as folder:
         here, there = Path(folder) / "here", Path(folder) / "there"

@@ -1,6 +1,6 @@
 """``affordance study trust``: measures calibration, costs of faults, robustness of the program, and scale.
 
-Numbers of each part are kept, so that parts can be run one at a time.
+The numbers of each part are stored, so parts can be run one at a time.
 """
 
 import argparse
@@ -56,7 +56,7 @@ KEYS: dict[str, tuple[str, ...]] = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add_only(parser, KEYS, "parts")
-    add_jobs(parser, 2)  # of the machine for which bounds of the claims are meant
+    add_jobs(parser, 2)  # as on the machine for which the claims' bounds are meant
     add_out(parser)
 
 
@@ -67,7 +67,7 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def _work(parts: Mapping[str, Any], jobs: int, folder: Path) -> Iterator[Findings]:
-    """Runs parts, and yields the findings once the numbers of all parts are there."""
+    """Runs the chosen parts; yields the findings if numbers of all parts exist."""
     for name, run in parts.items():
         print(f"{name} ...", flush=True)
         program = compute_key("", MODELS, Path(__file__).parents[1])
@@ -77,7 +77,7 @@ def _work(parts: Mapping[str, Any], jobs: int, folder: Path) -> Iterator[Finding
         print(f"No numbers yet of: {', '.join(missing)}")
         return
     numbers = {key: value for part in found.values() if part is not None for key, value in part.items()}
-    # Inputs on which parts that were run one at a time depend: sources, models and versions.
+    # Sources, models and versions on which stored parts depend.
     numbers["program"] = {name: part["program"] for name, part in found.items() if part is not None}
     table = numbers.pop("faults_table")
     numbers["how"] = HOW
@@ -86,7 +86,7 @@ def _work(parts: Mapping[str, Any], jobs: int, folder: Path) -> Iterator[Finding
 
 
 def read_numbers(folder: Path, part: str) -> dict[str, Any] | None:
-    """Reads the results of a part; None if it was not run. A damaged file is quarantined."""
+    """Reads the results of a part; returns None if it was not run. A damaged file is quarantined."""
     return read_kept(folder / f"{part}.json", (*KEYS[part], "program"))
 
 

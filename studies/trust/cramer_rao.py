@@ -1,7 +1,7 @@
 """Cramer-Rao bound on the information of one trial about the materials' densities, along the true motion.
 
-The motion is read from the log of the trial, and the regressor computed from it, so that the bound shares nothing
-with the estimator but the noise model and the geometry.
+The motion and the regressor are computed from the log of the trial, so the bound shares only the noise model and the
+geometry with the estimator.
 """
 
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 class Felt(NamedTuple):
-    """Statistics of a trial on which measurements of an object's inertial parameters depend."""
+    """Statistics of a trial's motion that determine what can be measured of an object's parameters."""
 
     tau_arm: Array  # mean over samples of the torques of the arm alone, (num_joints,), [N m]
     Y: Array  # mean of the payload regressor, (num_joints, 10), in N m per unit of each inertial parameter
@@ -27,7 +27,7 @@ class Felt(NamedTuple):
 
 
 def feel_at_rest(tau_arm: Array, Y: Array, num_samples: int) -> Felt:
-    """Returns the statistics of samples at rest, num_samples of them; tau_arm and Y as in Felt."""
+    """Returns the statistics of ``num_samples`` samples at rest; tau_arm and Y as in Felt."""
     return Felt(tau_arm, Y, num_samples * Y.T @ Y)
 
 
@@ -46,18 +46,25 @@ def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt
 
 
 def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: Prior) -> Array:
-    """Computes bounds on the variances of M materials' mean densities, with the prior, (M,), [(kg/m^3)^2].
+    """Computes bounds on the variances of M materials' mean densities, (M,), [(kg/m^3)^2].
 
     The bound is the inverse of the sum of the prior's precision and the Fisher information at the object's true
-    densities, (M,), [kg/m^3], which deviate from the materials'. With Weber noise the mean torque is measured once,
-    and its information has a part from the mean and one from the size of the errors, which depends on the densities;
-    with white noise every sample adds its own. The geometry Phi is (10, M).
+    densities. With Weber noise the mean torque is measured once; the information has one part from the mean and one
+    from the size of the errors, which depends on the densities. With white noise every sample adds its own
+    information.
+
+    Args:
+        felt: Statistics of the trial.
+        Phi: Geometry, (10, M).
+        own: True densities of the object, which deviate from the materials' means, (M,), [kg/m^3].
+        noise: Model of torque errors.
+        prior: Prior of the materials.
     """
     H = felt.Y @ Phi  # (num_joints, M)
     tau = felt.tau_arm + H @ own
     weights = 1.0 / noise.compute_sd(tau) ** 2
     if isinstance(noise, WeberNoise):
-        growth = 2.0 * noise.weber_fraction**2 * weights * tau  # of the log variance with the torque
+        growth = 2.0 * noise.weber_fraction**2 * weights * tau  # derivative of the log variance by the torque
         information = H.T @ ((weights + 0.5 * growth**2)[:, None] * H)
     else:
         information = weights[0] * Phi.T @ felt.YtY @ Phi  # the same at every torque

@@ -1,8 +1,8 @@
-"""Cost of every fault of models/faults.yaml, in beliefs and in the choices that follow from them.
+"""Cost of every fault in models/faults.yaml, for beliefs and for the choices that follow from them.
 
 Observers hold the objects of Simulation II with a fault switched on, and choose a grip of the novel object as in
-Simulation III. The correct grip is that of the arm without a fault. If trials were 5-sigma outliers, the fault is run
-once more with observers who learn nothing from such trials.
+Simulation III. The correct grip is that of the arm without a fault. If a fault makes trials 5-sigma outliers, it is
+run once more with observers who learn nothing from such trials.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ from affordance.proprioception.faults import Faults, FaultsFile, load_faults
 from studies.random_streams import StudyStream
 
 NUM_OBSERVERS = 50
-# Number of densities drawn for each observer, over which choices by the paper's rule are averaged.
+# Number of densities drawn for each observer; choices by the paper's rule are averaged over them.
 NUM_CHOICES = 200
 # Name of the run without a fault.
 NO_FAULT = "none"
@@ -47,7 +47,7 @@ HEADER = [
 
 
 def hold_objects(setup: Setup, held: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs an observer's trials; returns beliefs before the first and after each, and what a fault may affect."""
+    """Runs an observer's trials; returns beliefs before the first trial and after each, and effects of the fault."""
     limits = load_arm(setup.settings.arm).limits
     _, memories, records = experience.hold(setup, held, observer)
     beyond = [np.maximum(limits.q_lower - each.q, each.q - limits.q_upper).max() for each in records]
@@ -74,7 +74,7 @@ def hold_objects(setup: Setup, held: Sequence[Tool], observer: int) -> xr.Datase
 
 
 def compute_cost(held: Sequence[Tool], choice: Choice, correct: int, data: xr.Dataset) -> dict[str, Any]:
-    """Computes the cost of a fault from what all observers found with the held objects."""
+    """Computes the cost of a fault from the results of all observers with the held objects."""
     colours, densities = list_colours(held), list_densities(held)
     true = np.array([densities[look] for look in colours])
     precision, vector = data.precision.values, data.information_vector.values
@@ -86,7 +86,7 @@ def compute_cost(held: Sequence[Tool], choice: Choice, correct: int, data: xr.Da
             rng = np.random.default_rng([observer, moment, StudyStream.FAULT_CHOICES])
             parameters = choice.draw_parameters(MaterialMemory.from_belief(colours, belief), rng, NUM_CHOICES)
             chosen = pick_cheapest(choice.compute_costs(parameters), rng)
-            hits = (chosen == correct) + 0.5 * (chosen == NO_OPTION)  # without a usable option it is a guess
+            hits = (chosen == correct) + 0.5 * (chosen == NO_OPTION)  # without a usable option the observer guesses
             right[observer, moment] = hits.sum() / NUM_CHOICES
             percentiles = belief.compute_percentiles([0.05, 0.5, 0.95])
             valid &= bool(np.linalg.eigvalsh(belief.precision)[0] > 0.0)

@@ -1,4 +1,4 @@
-"""Parts of the study of trust: what each measures and draws in the study's folder."""
+"""Parts of the study of trust, each of which measures, writes and draws in the study's folder."""
 
 import logging
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from studies.trust import bad_input, calibration, cluster, fault_costs, kills, p
 
 _LOG = logging.getLogger(__name__)
 
-# Function that runs a part in the study's folder, in a number of processes, and returns its numbers.
+# Function that runs a part in the study's folder with a number of processes, and returns its numbers.
 type Part = Callable[[Path, int], dict[str, Any]]
 
 

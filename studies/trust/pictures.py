@@ -12,13 +12,13 @@ from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from studies.trust.calibration import COVERAGES, NUM_BINS, Calibration
 from studies.trust.soak import DURATION, NUM_BLOCKS, Soak
 
-# Probability of the band of a rank histogram's bins under calibration.
+# Probability that a bin of a calibrated rank histogram is within the band.
 _BAND = 0.99
 _FONT_SIZE = 9
 
 
 def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) -> Figure:
-    """Draws histograms of the places of true densities in posteriors, with the band of a uniform distribution."""
+    """Plots histograms of the ranks of true densities in posteriors, with the band of a uniform distribution."""
     figure = Figure(figsize=(12.0, 3.0 * ((len(calibrations) + 2) // 3)))
     all_axes = figure.subplots((len(calibrations) + 2) // 3, 3, sharex=True, sharey=True)
     for axes, (name, found) in zip(all_axes.flat, calibrations.items(), strict=False):
@@ -44,7 +44,7 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
 
 
 def draw_faults(costs: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Draws the effect of each fault on beliefs and choices at every moment of learning."""
+    """Plots the effect of each fault on beliefs and choices after each trial."""
     names = list(costs)
     figure = Figure(figsize=(10.0, 0.8 + 0.32 * len(names)))
     left, right = figure.subplots(1, 2, sharey=True)
@@ -67,7 +67,7 @@ def draw_faults(costs: Mapping[str, Mapping[str, Any]]) -> Figure:
 
 
 def draw_soak(found: Soak, trials: int) -> Figure:
-    """Draws memory and time of a trial over the trials of one process."""
+    """Plots memory and time of a trial against the number of trials in one process."""
     figure = Figure(figsize=(9.0, 3.2))
     left, right = figure.subplots(1, 2)
     done = trials // NUM_BLOCKS * np.arange(1, NUM_BLOCKS + 1)
@@ -82,7 +82,7 @@ def draw_soak(found: Soak, trials: int) -> Figure:
 
 
 def draw_scaling(curves: Mapping[str, tuple[Sequence[int], Sequence[float]]], efficiency: float) -> Figure:
-    """Draws seconds over counts, each curve with one that is proportional to its count."""
+    """Plots time against count for each curve, with a line proportional to the count."""
     figure = Figure(figsize=(12.0, 3.4))
     all_axes = figure.subplots(1, len(curves))
     for axes, (name, (counts, seconds)) in zip(all_axes, curves.items(), strict=True):

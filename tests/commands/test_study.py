@@ -14,8 +14,8 @@ from affordance.files.model_folder import list_studies
     [
         ("robustness --set prior.sd=3", "--set: prior.sd: has no effect here: the sample varies it"),
         ("study people --set learner=density", "--set: learner: has no effect here"),
-        ("study people --lowest 0.5", "--lowest: is 0.5, must be more than 0 and less than --highest, 0.48"),
-        ("study people --lowest 0", "--lowest: is 0, must be more than 0"),
+        ("study people --lowest 0.5", "--lowest: is 0.5, must be above 0 and below --highest, 0.48"),
+        ("study people --lowest 0", "--lowest: is 0, must be above 0"),
         ("study people --count 2", "--count: is 2, must be at least 3"),
         ("study people --repeats 1", "--repeats: is 1, must be at least 2"),
         ("fit-kappa --set noise.independent_samples=true", "noise.independent_samples: is true, must be false"),

@@ -147,7 +147,7 @@ def test_results_are_computed_once_for_a_key(tmp_path, caplog):
     assert len(calls) == 2
     path.write_text("{", encoding="utf-8")
     assert read_kept(path, ["key"]) is None
-    assert "is not what a study found" in caplog.text
+    assert "is not a result of a study" in caplog.text
 
 
 @dataclasses.dataclass(frozen=True)

@@ -40,7 +40,7 @@ def test_file_that_no_study_wrote_is_set_aside(tmp_path, caplog, text):
     path = tmp_path / "soak.json"
     path.write_text(text, encoding="utf-8")
     assert command.read_numbers(tmp_path, "soak") is None
-    assert "soak.json is not what a study found" in caplog.text
+    assert "soak.json is not a result of a study" in caplog.text
     assert ("it has no soak_memory_growth_MB" in caplog.text) == ("drift" in text)
     assert not path.exists()
     assert (tmp_path / "soak.broken").exists()
