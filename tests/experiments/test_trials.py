@@ -164,7 +164,7 @@ MISTAKES = [
         "stim,mass\nsmall,1\n",
         "row 1: is 'stim'; did you mean 'object'? Then name it so, or say --columns object=stim",
     ),
-    ("object,mass,mass\nsmall,1,1\n", "row 1, column 3: is 'mass', which is there twice"),
+    ("object,mass,mass\nsmall,1,1\n", "row 1, column 3: is 'mass', which occurs twice"),
     ("object,,mass\nsmall,1,1\n", "row 1, column 2: has no name"),
     ("object\n", "has no trials, must have a row of names and a row for each trial"),
     ("", "has no trials"),
