@@ -110,8 +110,8 @@ def run(setup: Setup) -> Results:
             if numbers["mass_error_median"] is None
             else (
                 "From one picture of an object, the axes of its parts across the view are measured with a median "
-                f"error of {numbers['semi_axis_error_visible_median']:.1%}, and its mass, at true densities, with one "
-                f"of {numbers['mass_error_median']:.1%}."
+                f"error of {numbers['semi_axis_error_visible_median']:.1%}, and its mass, at true densities, with "
+                f"one of {numbers['mass_error_median']:.1%}."
             )
         ),
         data=data,

@@ -50,8 +50,8 @@ class ComponentFeatures:
     rotation_sd: float = 0.0  # SD of the rotation about each axis, [rad]
     colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is known exactly
     lightness_sd: float = 0.0  # SD of an additional error of lightness from illumination, in units of L*
-    # Further, correlated errors of a picture, (G, 4, 4): each is an affine map minus the identity, which displaces the
-    # part's points in frame T by one SD.
+    # Further, correlated errors of a picture, (G, 4, 4): each is an affine map minus the identity, which displaces
+    # the part's points in frame T by one SD.
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
     strikes: tuple[StrikingFace, ...] = ()  # striking faces, known without error
 
