@@ -224,11 +224,7 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
             "depth_error": ("part", depth, about("1", "relative error of the semi-axis along the view")),
             "colour_error": ("part", colours, about("1", "distance of the colour from the true one in CIELAB")),
             "mass_error": ((), error, about("1", "relative error of the mass at the true densities")),
-            "mass_deviation": (
-                (),
-                deviation,
-                about("1", "error of the mass in its predicted standard deviations"),
-            ),
+            "mass_deviation": ((), deviation, about("1", "error of the mass in its predicted standard deviations")),
         }
     )
 
