@@ -80,10 +80,10 @@ def run(setup: Setup) -> Results:
         order=52,
         title="What is lifted next after an odd object?",
         summary=(
-            f"{count_observers(setup.observers)} of each learner held a rod of steel and one of beech, then an odd"
-            " rod that looks like steel but is made of beech. Then they chose what to hold next, to learn how to grip a"
-            " stick and a hammer: another rod of each look, or two objects of brass, of which no tool is made. Nobody"
-            " has done this experiment yet."
+            f"{count_observers(setup.observers)} of each learner held a rod of steel and one of beech, then an"
+            " odd rod that looks like steel but is made of beech. Then they chose what to hold next, so as to grip a"
+            " stick and a hammer well: another rod of each look, or two objects of brass, of which no tool is made."
+            " Nobody has done this experiment yet."
         ),
         finding=f"Share that lifts a rod of the same look next after the odd rod: {', '.join(shares)}.",
         data=data,

@@ -122,7 +122,7 @@ def _list_learners(setup: Setup) -> Sequence[Learner]:
 
 def _describe(n: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return [
-        f"{label_learner(name)}: {found['smallest']:+.0%} force error for the smallest, {found['largest']:+.0%} for the"
-        " largest"
+        f"{label_learner(name)}: force error {found['smallest']:+.0%} for the smallest, {found['largest']:+.0%} for"
+        " the largest"
         for name, found in n.items()
     ]

@@ -62,7 +62,7 @@ def run(setup: Setup) -> Results:
         data=lifts,
         numbers=numbers,
         claims=[claim("first_lift", "ours", text, *bounds)],
-        figures={"odd": ("Force before each lift.", partial(draw_forces, lifts, ["odd"], title="The odd one"))},
+        figures={"odd": ("Force before each lift.", partial(draw_forces, lifts, ["odd"], title="The odd object"))},
         lifts=lifts,
         learners=[*numbers["learners"]],
     )

@@ -42,17 +42,17 @@ _LOG = logging.getLogger(__name__)
 
 
 class Experiment(NamedTuple):
-    """Functions of an experiment, and what is known of it before it is run.
+    """Functions and constants of an experiment.
 
     Attributes:
-        run: Runs it.
-        read: Reads and checks its files, simulating nothing.
-        predict: Computes the numbers of each observer of every learner; None if it is run with one learner at a time.
-        observers: Number of observers unless another is asked for, OBSERVERS.
-        needs: Tasks that the arm must be able to do, NEEDS; if the import of an arm could not fit one, it is not
-            planned.
-        no_memory: Reason why no lasting memory can learn from it, NO_MEMORY; empty if its one observer holds objects.
-        every_learner: Whether observers of every learner are simulated, and one's own is added, EVERY_LEARNER.
+        run: Runs the experiment.
+        read: Reads and checks its files without simulating anything.
+        predict: Computes the numbers of each observer of every learner; None if the experiment cannot be predicted.
+        observers: Default number of observers (OBSERVERS in the module).
+        needs: Tasks that the arm must be able to do (NEEDS). The experiment is left out if the import of the arm
+            found that it cannot do one of them.
+        no_memory: Reason why a lasting memory cannot learn from it (NO_MEMORY); empty if it can.
+        every_learner: Whether observers of every learner are simulated, a user's learner included (EVERY_LEARNER).
     """
 
     run: Callable[[Setup], Results]
@@ -65,31 +65,31 @@ class Experiment(NamedTuple):
 
     @classmethod
     def of(cls, module: ModuleType) -> "Experiment":
-        """Returns the experiment of a module: its functions by their names, and its constants, in capital letters."""
+        """Returns the experiment of a module: its functions, and its constants, whose names are in capitals."""
         names = {each: each if each in ("run", "read", "predict") else each.upper() for each in cls._fields}
         return cls(**{each: getattr(module, name) for each, name in names.items() if hasattr(module, name)})
 
 
-# Experiments of `affordance run all`, in order, and the others; each is a module here.
+# The paper's experiments, and all of `affordance run all`, in order; each is a module of this folder.
 OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
 NAMES = (*OF_THE_PAPER, "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift", "ladder")
-# Designs for a laboratory; `run all` leaves them out, as nobody has done them.
+# Designs for a laboratory that nobody has done yet; `run all` leaves them out.
 DESIGNS = ("two_ends", "shallow_family")
-# Experiments whose objects are held by a simulated arm, which pushes with what it believes in.
+# Experiments in which a simulated arm holds the objects; settings of participants have no effect on them.
 _HELD = (*OF_THE_PAPER, "next_lift", "ladder")
-# Folders of what compares finished runs; it holds no longer once there is another run.
+# Folders of comparisons between finished runs; a new run makes them out of date.
 COMPARISONS = ("agreement", "vision_comparison")
-# Folders of results that no table, and no experiment of a user, may write to.
+# Folders of results that no user's table or experiment may write to.
 _TAKEN = (*NAMES, *DESIGNS, *COMPARISONS, "arms", "frames")
 
 
 class SuiteResult(NamedTuple):
-    """Report of several experiments.
+    """Outcome of running several experiments.
 
     Attributes:
-        report: HTML page.
-        left_out: Reasons why some experiments could not be done, by name.
-        findings: What the others found, in a sentence each, by name.
+        report: Path of the report, an HTML page.
+        left_out: Reason why an experiment could not be done, by name.
+        findings: Finding of each experiment that was done, in a sentence, by name.
     """
 
     report: Path
@@ -98,18 +98,25 @@ class SuiteResult(NamedTuple):
 
 
 def find_experiment(name: str) -> Experiment:
-    """Finds an experiment by its name; raises a BadArgumentError for another one."""
+    """Finds an experiment by its name; raises a BadArgumentError for an unknown name."""
     if name not in (*NAMES, *DESIGNS):
         raise BadArgumentError("experiment", "", describe_choice(name, (*NAMES, *DESIGNS)))
-    module = importlib.import_module(f"affordance.experiments.{name}")  # here, as nobody waits for the other ones
+    module = importlib.import_module(
+        f"affordance.experiments.{name}"
+    )  # imported here, so that nobody waits for the others
     return Experiment.of(module)
 
 
 @contextmanager
 def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
-    """Finds an experiment by its name, or loads that of a user's Python file; yields its name too.
+    """Finds an experiment by its name, or loads it from a user's Python file.
 
-    Mistakes in the file are named with their line, as long as the experiment is open.
+    While the experiment is open, errors in the file are reported with their line.
+
+    Args:
+        word: Name of an experiment, or path of a file that ends in .py.
+
+    Yields: Name of the experiment, and the experiment.
     """
     path = Path(word)
     if path.suffix != ".py":
@@ -124,7 +131,7 @@ def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
 
 
 def check_own_name(path: Path) -> str:
-    """Returns the name of a file's results, its own without suffix; one that is taken, or no name, is refused."""
+    """Returns the name of a file without suffix, which names its results; raises a BadValueError if unusable."""
     try:
         run_check("", FileName().check, path.stem)
     except BadArgumentError as error:
@@ -143,30 +150,30 @@ def run_suite(
     begin: Callable[[Sequence[str]], None] | None = None,
     announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
-    """Runs experiments and writes the report of all that the folder of results holds.
+    """Runs experiments, and writes a report on all results in the folder of results.
 
-    If several experiments are run, those that cannot be done are left out and named in the log and the report.
+    If several experiments are run, those that cannot be done are left out, and named in the log and the report.
 
     Args:
-        names: Name of an experiment, or several; or experiments of one's own by name.
-        setup: Setup of all of them; each has a subfolder of its name in the folder of results.
-        cluster: Address of a Dask scheduler that runs the observers; None for processes of this machine.
-        begin: Function that is given the names of those that can be done, before the first is run.
-        announce: Function that is given the report after the first of several experiments, which then grows.
+        names: Name of one experiment, or names of several; or a user's own experiments, by name.
+        setup: Setup of all experiments; each writes to a subfolder of its name in the folder of results.
+        cluster: Address of a Dask scheduler that runs the observers; None for processes on this machine.
+        begin: Function called before the first run, with the names of the experiments that can be done.
+        announce: Function called with the path of the report after the first of several experiments.
 
     Raises:
         BadValueError: There is no such experiment, a file of the models is wrong, the folder cannot be written to, or
-            the cluster is not usable; nothing was written.
-        ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
-        SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
-        AffordanceError: No experiment can be done; the message gives the reason for the first.
+            the cluster cannot be used. Nothing was written.
+        ModelFileError: The arm cannot be loaded or used. Nothing was written.
+        SeeingError: Features cannot be extracted from a picture, which was saved in OUT/frames.
+        AffordanceError: No experiment can be done; the message gives the reason for the first one.
     """
     names = (names,) if isinstance(names, str) else names
     check_kind("setup", setup, Setup)
     known = names if isinstance(names, Mapping) else {name: find_experiment(name) for name in names}
     check_folder(setup.out)  # before planning, which takes minutes
-    find_commit()  # which is kept: that of what runs, not of what lies there at the end
-    if setup.settings.faults.stuck_joint:  # which the arm must have
+    find_commit()  # now, as it is cached: the commit of the code that runs, not of the files at the end
+    if setup.settings.faults.stuck_joint:  # the arm must have this joint
         setup.settings.faults.find_stuck(load_arm(setup.settings.arm).joint_names)
     attempts = _Attempts(len(known))
     found = [
@@ -194,19 +201,19 @@ def run_suite(
     except SeeingError as error:
         raise save_frame(error, prepare_folder(setup.out) / "frames", type(error).__name__) from error
     for name in (*attempts.left_out, *COMPARISONS):
-        remove_section(setup.out / name)  # from another run, perhaps with other models
+        remove_section(setup.out / name)  # left by an earlier run, perhaps with other models
     note_left_out(setup.out, attempts.left_out, done=list(findings))
     return SuiteResult(write_report(setup.out), attempts.left_out, findings)
 
 
 def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
-    """Runs one observer, and with it the whole analysis up to figures and report, into a folder that is thrown away.
+    """Runs one observer and the whole analysis, up to figures and report, into a temporary folder.
 
-    The observer is kept, so that it is not run again. Results of another type raise a BadValueError.
+    The observer itself is stored, so it is not run again. Raises a BadValueError if ``run`` does not return Results.
     """
     one, start = replace(setup, observers=1, jobs=1), time.perf_counter()
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
-        warnings.simplefilter("ignore")  # of statistics over one observer
+        warnings.simplefilter("ignore")  # from statistics over a single observer
         results = experiment.run(one)
         if not isinstance(results, Results):
             raise BadValueError(f"{name}.py", "run", f"returns a {type(results).__name__}, must return Results")
@@ -214,7 +221,7 @@ def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
 
 
 def _read(name: str, experiment: Experiment, setup: Setup) -> None:
-    """Reads the files of an experiment, unless the import of the arm has found that it cannot be done."""
+    """Checks that an experiment can be done with a setup, and reads its files."""
     lacks = read_lacks(setup.models)
     for need in experiment.needs:
         if need in lacks:
@@ -229,7 +236,7 @@ def _read(name: str, experiment: Experiment, setup: Setup) -> None:
 
 
 class _Attempts:
-    """Collects errors by name of the experiment, so that the other experiments can still be run."""
+    """Collects errors by experiment, so that the other experiments can still be run."""
 
     def __init__(self, number: int) -> None:
         """Sets the number of experiments."""
@@ -240,9 +247,9 @@ class _Attempts:
     def make[T](
         self, name: str, make: Callable[[], T], expected: type[AffordanceError] = AffordanceError
     ) -> tuple[T, ...]:
-        """Returns a function's result for an experiment in a tuple, empty if an expected error leaves it out.
+        """Calls a function for an experiment; returns its result in a tuple, empty if an expected error occurs.
 
-        An unexpected error, a SeeingError, or the first error if no experiment is left is raised.
+        Other errors and SeeingErrors are passed on. If no experiment is left, the first error is raised.
         """
         try:
             return (make(),)

@@ -1,8 +1,8 @@
-"""Simulation of the trials of a table: each participant of the table is an observer, repeated if asked for.
+"""Simulates the trials of a table: each participant is simulated by one observer, or by several repeats.
 
-Lifts and looks are computed in closed form, holds are simulated; one memory goes through all trials of an observer in
-their order. The seed is made of the root and the place of the participant; of a repeat after the first, its number
-too.
+Lifts and looks are computed in closed form; holds are simulated. Each observer has one memory, which passes through
+its trials in order. Its random draws depend on the root seed, the place of its participant in the table, and, for the
+second and later repeats, the number of the repeat.
 """
 
 import itertools
@@ -42,44 +42,44 @@ from affordance.settings import Settings
 from affordance.simulation.static_lifts import StaticLifter
 from affordance.simulation.trial import get_runner
 
-# What is measured in a trial, with unit and meaning; NaN where there is nothing of it.
+# Unit and meaning of what is measured in a trial; NaN where it does not apply.
 MEASURED = {
-    "force": ("N", "upward force before release, of a lift"),
+    "force": ("N", "upward force before the release of a lift"),
     "expected": ("kg", "mass at the most probable densities, before the trial"),
     "believed_density": ("kg/m^3", "most probable density of the first part's colour, before the trial"),
-    "felt": ("N", "weight believed of the object once it was felt, of a lift"),
+    "felt": ("N", "believed weight after the object was felt, in a lift"),
     "expected_by_look": ("N", "weight that the object's look predicts, before a lift or look"),
-    "heaviness": ("N", "judged heaviness, of a lift that teaches"),
-    "kind": ("1", "kind of the object after the trial; 0 without kinds"),
-    "p_value": ("1", "p-value of what was felt, by the belief before the trial"),
-    "moved": ("m", "largest movement of the object's centre from where it was given, upward, of a hold"),
-    "chosen": ("1", "place of the chosen grip among the object's; -1 if none can be used"),
+    "heaviness": ("N", "judged heaviness, in a lift that teaches"),
+    "kind": ("1", "kind of the object after the trial; 0 if the learner has no kinds"),
+    "p_value": ("1", "p-value of what was felt, under the belief before the trial"),
+    "moved": ("m", "largest movement of the object's centre from where it was given, positive upward, in a hold"),
+    "chosen": ("1", "index of the chosen grip among the object's grips; -1 if none can be used"),
 }
 
 
 class Trials(NamedTuple):
-    """Trials of all participants in their order, (N,) each, with what they name."""
+    """Trials of all participants in order, as arrays (N,), and the objects that they present."""
 
-    place: NDArray[np.intp]  # of the participant
-    do: NDArray[np.intp]  # place in DOINGS
-    tool: NDArray[np.intp]
+    place: NDArray[np.intp]  # index of the participant
+    do: NDArray[np.intp]  # index in DOINGS
+    tool: NDArray[np.intp]  # index in ``tools``
     duration: Array  # [s]
-    teaches: NDArray[np.bool_]
-    choice: NDArray[np.intp]  # place of the choice; -1 where nothing is chosen
+    teaches: NDArray[np.bool_]  # whether the observer learns from the trial
+    choice: NDArray[np.intp]  # index of the planned choice; -1 where nothing is chosen
     tools: tuple[Tool, ...]
 
 
 @dataclass(frozen=True)
 class TableExperiment:
-    """Experiment whose trials are a table.
+    """Experiment whose trials are given by a table.
 
     Attributes:
-        name: Name of its folder in that of the results.
-        table: Trials.
+        name: Name of its folder within the folder of results.
+        table: Trial table.
         tasks: Tasks for which grips are chosen, by name.
         repeats: Number of observers of each learner for each participant.
         learners: Learners.
-        people_sd: Standard deviation of the force between people, [N]; None if it is not known.
+        people_sd: Standard deviation of the force between people, [N]; None if unknown.
     """
 
     name: str
@@ -99,9 +99,9 @@ class TableExperiment:
         check_can_be_presented(self.table, setup.settings)
 
     def collect(self, setup: Setup) -> pd.DataFrame:
-        """Lets observers of each learner do the trials; the number of observers of the setup does not count.
+        """Lets observers of each learner do the trials; the setup's number of observers is ignored.
 
-        Returns: The rows of the table, once for each observer, with what is measured; people's own after them.
+        Returns: Rows of the table with measurements, for each observer of each learner; then people's own lifts.
         """
         trials, choices = _plan(setup, self.table, self.tasks)
         places = [np.flatnonzero(trials.place == place) for place in range(len(self.table.participants))]
@@ -131,13 +131,13 @@ class TableExperiment:
         return _finish(lifts, self.table, get_runner(setup.settings).gravity)
 
     def run(self, setup: Setup) -> Results:
-        """Runs it."""
+        """Runs the experiment."""
         lifts = self.collect(setup)
         means = average(lifts)
         groups, objects = lifts["group"].unique(), lifts["object"].unique()
         figures = {
             column: (
-                f"{title}, trial by trial. Thin lines are single observers, bands 95 % intervals of means.",
+                f"{title}, trial by trial. Thin lines: single observers; bands: 95 % intervals of means.",
                 partial(draw_by_object, lifts[lifts["measured"]], column, title),
             )
             for column, title in (("force", "force (N)"), ("moved", "movement of the object's centre (m)"))
@@ -173,7 +173,7 @@ class TableExperiment:
 
 
 def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
-    """Checks that the arm can hold every object; an InfeasibleError names the row of one that it cannot."""
+    """Checks that the arm can hold every object; raises an InfeasibleError that names the row otherwise."""
     try:
         check_can_be_lifted(table.source.name, table.tools, settings)
     except InfeasibleError:
@@ -188,7 +188,7 @@ def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
 
 
 def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -> tuple[Trials, list[Choice]]:
-    """Plans the tasks for which grips are chosen, and returns the trials as arrays."""
+    """Returns the trials as arrays, and the planned choices of grips that they ask for."""
     rows, planned, choices = table.rows, dict[tuple[int, str], int](), list[Choice]()
     chosen = np.full(len(rows), NO_OPTION)
     for place in np.flatnonzero(rows["do"] == "choose"):
@@ -206,7 +206,7 @@ def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -
 
 
 def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: int) -> xr.Dataset:
-    """Runs one observer, a repeat of a participant: what it does in each trial, NaN after its last."""
+    """Runs one observer, who repeats a participant's trials; returns measurements, NaN after the last trial."""
     counts = np.bincount(trials.place)
     repeat, place = divmod(observer, len(counts))
     who = (place,) if repeat == 0 else (place, Stream.REPEAT, repeat + 1)
@@ -224,7 +224,7 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: i
     for is_closed, group in itertools.groupby(range(len(own)), key=closed.__getitem__):
         numbers = list(group)
         if is_closed:
-            later = (0, numbers[0]) if numbers[0] else ()  # a number of a lift is never 0
+            later = (0, numbers[0]) if numbers[0] else ()  # the number of a later lift is never 0
             record = lifter.run(
                 lifted[numbers, None], knows, errors[numbers], [(*drawn, *later)], teaches[numbers, None], pushes
             )
@@ -256,7 +256,7 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: i
 
 
 def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int) -> pd.DataFrame:
-    """Repeats the rows of each participant for each of its observers, in the order of the observers."""
+    """Repeats each participant's rows for each of its observers, in the order of observers."""
     rows = table.rows.iloc[np.concatenate([*places] * repeats)].reset_index(drop=True)
     sizes = np.array([len(each) for each in places] * repeats)
     observer = np.repeat(np.arange(len(sizes)), sizes)
@@ -265,7 +265,7 @@ def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int)
 
 
 def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
-    """Names the chosen grip of each row; empty where nothing is chosen, or no grip can be used."""
+    """Names the chosen grip in each row; empty where nothing is chosen or no grip can be used."""
     names = []
     for tool, place in zip(rows["tool"], rows["chosen"], strict=True):
         has_chosen = not (math.isnan(place) or place == NO_OPTION)
@@ -274,7 +274,7 @@ def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
 
 
 def _finish(lifts: pd.DataFrame, table: TrialTable, gravity: float) -> pd.DataFrame:
-    """Adds mass, size and weight of what is presented, and puts the columns in order."""
+    """Adds mass, size and weight of the presented objects, and sorts the columns."""
     lifts["mass"] = np.array([tool.mass for tool in table.tools])[lifts["tool"]]
     lifts["size"] = np.array([compute_volume(tool) for tool in table.tools])[lifts["tool"]]
     lifts["weight"] = gravity * lifts["mass"]

@@ -1,4 +1,4 @@
-"""Cells of a table that a spreadsheet or another program wrote, and errors that name row and column."""
+"""Reads the cells of a table that a spreadsheet or another program wrote; errors name row and column."""
 
 import csv
 import difflib
@@ -13,32 +13,32 @@ from affordance.exceptions import PROSE, BadArgumentError, BadValueError, descri
 from affordance.files.bounded import read_text
 from affordance.files.constraints import OneLine, Within, run_check
 
-# Bounds of a table (SECURITY.md): bytes, columns and rows.
+# Largest table (SECURITY.md): bytes, columns and rows.
 _MOST_BYTES, _MOST_COLUMNS, _MOST_ROWS = 20_000_000, 100, 200_000
 _DELIMITERS = ",;\t"
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
-# Truth values, in the languages whose spreadsheets write decimal commas too.
+# Truth values in several languages whose spreadsheets write decimal commas.
 _TRUE = ("true", "yes", "1", "wahr", "ja", "vrai", "oui", "vero", "verdadero")
 _FALSE = ("false", "no", "0", "falsch", "nein", "faux", "non", "falso")
-_EMPTY = ("", "n/a")  # the second as BIDS has it
-# What others call columns without which a table would be taken for another experiment.
+_EMPTY = ("", "n/a")  # the second is used by BIDS
+# Other common names of columns; ignoring such a column would change the experiment.
 _OTHERS = {
     "participant": ("subject", "subj", "sub", "participant_id", "subject_id", "subject_nr", "pp", "vp"),
     "object": ("stimulus", "stim", "stim_file", "item"),
 }
-# How names of columns with parameters of each observer begin; they are those of settings.
+# Prefixes of columns with parameters of single observers; the columns are named like the settings.
 OWN_VALUES = ("participant.", "learner.")
-# Similarity, as of difflib, from which the name of a column is taken for a slip.
+# Similarity (of difflib) above which an unknown column name counts as a misspelling.
 _ALIKE = 0.75
 
 
 class Cells:
-    """Cells of a table by our names of its columns.
+    """Cells of a table, by this program's names of the columns.
 
     Attributes:
         path: File of the table.
-        numbers: Number of each row, as a spreadsheet counts them: that of names is the first.
-        labels: Names of the columns in the file, by ours; those that we do not know have the same.
+        numbers: Number of each row, as a spreadsheet counts: the row of names is row 1.
+        labels: Name of each column in the file, by this program's name; unknown columns keep their name.
     """
 
     def __init__(
@@ -50,13 +50,13 @@ class Cells:
         *,
         has_commas: bool = False,
     ) -> None:
-        """Finds the columns; a wrong head, or a row of another width, raises a BadValueError.
+        """Finds the columns; raises a BadValueError for a wrong head or a row of another width.
 
         Args:
             path: File of the table.
-            rows: Numbers and cells of the rows, the first of which has the names of the columns.
-            known: Our names of columns.
-            renamed: The file's names of some of them, by ours.
+            rows: Number and cells of each row; the first row has the names of the columns.
+            known: This program's names of columns.
+            renamed: Names in the file of some columns, by this program's names.
             has_commas: True if numbers may have a decimal comma.
         """
         self.path, self._has_commas = path, has_commas
@@ -81,27 +81,27 @@ class Cells:
 
     @classmethod
     def read(cls, path: Path, known: Collection[str], renamed: Mapping[str, str]) -> "Cells":
-        """Reads a file in UTF-8, with or without a byte-order mark, with commas, semicolons or tabs between cells.
+        """Reads a UTF-8 file, with or without byte-order mark; commas, semicolons or tabs separate its cells.
 
-        Numbers may have decimal commas unless commas separate cells. Rows without a filled cell do not count.
+        Numbers may have decimal commas unless commas separate the cells. Empty rows are ignored.
         """
         text = read_text(path, _MOST_BYTES, encoding="utf-8-sig")
         first, _, rest = text.partition("\n")
         skipped = 0
-        if re.fullmatch(r"\"?sep=.\"?", first.strip()):  # which Excel puts above a table
+        if re.fullmatch(r"\"?sep=.\"?", first.strip()):  # a line that Excel writes above a table
             text, skipped = rest, 1
         delimiter = max(_DELIMITERS, key=text.partition("\n")[0].count)
         rows = _split(path, text, delimiter, skipped)
         return cls(path, rows, known, renamed, has_commas=delimiter != ",")
 
     def __getitem__(self, name: str) -> list[str]:
-        """Returns the cells of a column; empty ones if the table has no such column."""
+        """Returns the cells of a column; they are empty texts if the table has no such column."""
         return self._cells.get(name, [""] * len(self.numbers))
 
     def _find_columns(
         self, head: Sequence[str], known: Collection[str], renamed: Mapping[str, str]
     ) -> dict[str, str]:
-        """Finds the file's name of each column by ours, in the order of the file."""
+        """Finds each column's name in the file, by this program's name, in the order of the file."""
         for ours, theirs in renamed.items():
             if theirs not in head:
                 raise BadValueError(self.path, f"--columns {ours}", describe_choice(theirs, head))
@@ -111,7 +111,7 @@ class Cells:
             plain = theirs.lower().replace(" ", "_")
             name = by_theirs.get(theirs) or (plain if plain in known and plain not in renamed else theirs)
             if not theirs or name in labels:
-                problem = f"is {theirs!r}, which is there twice" if theirs else "has no name"
+                problem = f"is {theirs!r}, which occurs twice" if theirs else "has no name"
                 raise BadValueError(self.path, f"row 1, column {place}", problem)
             try:
                 run_check("", OneLine().check, theirs)
@@ -128,11 +128,11 @@ class Cells:
         return labels
 
     def refuse(self, place: int, name: str, problem: str) -> NoReturn:
-        """Raises a BadValueError about a cell, given by the place of its row and our name of its column."""
+        """Raises a BadValueError about a cell, given by its row, from 0, and this program's name of its column."""
         raise BadValueError(self.path, f"row {self.numbers[place]}, {self.labels.get(name, name)}", problem)
 
     def read_names(self, name: str, default: str) -> list[str]:
-        """Reads a column of names, each a line of visible letters that no spreadsheet would calculate."""
+        """Reads a column of names: single lines of visible characters that no spreadsheet takes for a formula."""
         for place, cell in enumerate(self[name]):
             if cell:
                 try:
@@ -144,7 +144,7 @@ class Cells:
         return [cell or default for cell in self[name]]
 
     def read_choices(self, name: str, known: Collection[str], default: str = "") -> list[str]:
-        """Reads a column of names out of several, of which upper and lower case may differ."""
+        """Reads a column whose cells must be among known names; case is ignored."""
         by_lower = {each.lower(): each for each in known}
         found = []
         for place, cell in enumerate(self[name]):
@@ -157,16 +157,16 @@ class Cells:
         return found
 
     def read_truths(self, name: str) -> list[bool]:
-        """Reads a column of truth values, true where empty."""
+        """Reads a column of truth values; empty cells are true."""
         for place, cell in enumerate(self[name]):
             if cell and cell.lower() not in (*_TRUE, *_FALSE):
                 self.refuse(place, name, f"is {show_value(cell)}, must be yes or no")
         return [cell.lower() not in _FALSE for cell in self[name]]
 
     def read_numbers(self, name: str, low: float, high: float, unit: str = "", small: str = "") -> list[float]:
-        """Reads a column of numbers within bounds, NaN where empty.
+        """Reads a column of numbers within bounds; empty cells are NaN.
 
-        A thousandth of the unit, ``small``, is suggested where it was meant.
+        Errors suggest a conversion where a value seems to be in ``small``, the name of a thousandth of ``unit``.
         """
         return [
             self._read_number(place, name, cell, Within(low, high), unit, small) if cell else math.nan
@@ -175,7 +175,7 @@ class Cells:
 
     def _read_number(self, place: int, name: str, cell: str, bounds: Within, unit: str, small: str) -> float:
         low, high, of_unit = bounds.low, bounds.high, f" {unit}" if unit else ""
-        bare = re.sub(r"\s*[^\W\d_]+$", "", cell)  # without a unit
+        bare = re.sub(r"\s*[^\W\d_]+$", "", cell)  # the cell without a unit
         has_comma = bare.count(",") == 1 and "." not in bare
         plain = bare.replace(",", ".") if has_comma else bare
         value = float(plain) if re.fullmatch(_NUMBER, plain) else math.nan
@@ -193,18 +193,18 @@ class Cells:
 
 
 def is_formula(cell: str) -> bool:
-    """Says whether a spreadsheet would take a text for a formula."""
+    """Says whether a spreadsheet might take a text for a formula."""
     return cell[:1] in ("=", "@") or (cell[:1] in ("+", "-") and bool(re.search(r"[(|!]", cell)))
 
 
 def _strip(row: Sequence[str]) -> list[str]:
-    """Returns a row without the empty cells at its end."""
+    """Removes the empty cells at the end of a row."""
     filled = [place for place, cell in enumerate(row) if cell]
     return list(row[: filled[-1] + 1]) if filled else []
 
 
 def _split(path: Path, text: str, delimiter: str, skipped: int) -> list[tuple[int, list[str]]]:
-    """Splits a text into the cells of its rows, with their numbers."""
+    """Splits a text into rows; returns the number and the cells of each row that is not empty."""
     rows: list[tuple[int, list[str]]] = []
     number = skipped
     try:

@@ -1,8 +1,8 @@
-"""Trial tables: a row per trial, from a spreadsheet, another program or a function, checked cell by cell.
+"""Trial tables: one row per trial, from a spreadsheet, another program or a function, checked cell by cell.
 
-The order of the rows is the order of the trials. Only ``object`` must be given; what is left out is a lift by one
-participant of one group, of the object as its file has it. A column ``block`` is taken for a phase if there is none.
-A table is data: nothing in it is run or calculated.
+Rows are in the order of the trials. Only the column ``object`` is required. By default a trial is a lift of the
+object as its file defines it, by one participant in one group. A column ``block`` serves as ``phase`` if there is no
+such column. A table is data: nothing in it is run or calculated.
 """
 
 import math
@@ -21,37 +21,37 @@ from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 
-# What is done in a trial: the object is lifted from a clamp, held in the hand, only looked at, or gripped for a task.
+# Actions of a trial: the object is lifted from a clamp, held in the hand, only looked at, or a grip is chosen.
 DOINGS = ("lift", "hold", "look", "choose")
-# Columns that the program reads; ``force``, [N], is what people exerted.
+# Columns that the program reads; ``force``, [N], is the force that people exerted.
 COLUMNS = (
     *("participant", "group", "phase", "cycle", "object", "do", "task", "duration", "mass", "looks_like", "teaches"),
     *("measured", "force"),
 )
-DURATION = 3.0  # of a hold, unless the table has another, [s]
-# Bounds (SECURITY.md): trials of one participant, objects with a mass and look of their own, which take a millisecond
-# each, and colours, with whose square a joint belief grows.
+DURATION = 3.0  # of a hold, unless the table gives another, [s]
+# Bounds (SECURITY.md): trials of one participant; objects with their own mass or look, which take a millisecond each;
+# and colours, because a joint belief grows with their square.
 _MOST_TRIALS, _MOST_PRESENTED, _MOST_COLOURS = 5_000, 5_000, 50
 _LONGEST_HOLD = 60.0  # [s]
-# Bounds by cost (SECURITY.md): a lift takes 2 ms, a second of a hold 0.05 s, and a row of the result a kilobyte.
+# Bounds on cost (SECURITY.md): a lift takes 2 ms, a second of holding 0.05 s, and a row of results a kilobyte.
 _MOST_LIFTS, _MOST_SECONDS = 1_000_000, 200_000.0
-# Columns that are added to the table when it is lifted.
+# Columns that the simulation adds to the table.
 WRITTEN = (
     *("observer", "learner", "lift", "repeat", "size", "expected", "believed_density", "weight", "felt", "kind"),
     *("surprise", "moved", "chosen", "tool", "place", "block", "expected_by_look", "heaviness"),
 )
-_LONGEST_CELL = 200  # of a column that is carried along
+_LONGEST_CELL = 200  # characters in a cell of a further column
 
 
 class TrialTable(NamedTuple):
     """Checked table of trials.
 
     Attributes:
-        rows: Columns of ``COLUMNS``, in SI units, ``place``, that of the participant, ``tool``, the place of what is
-            presented among the tools, and the table's further columns as texts.
+        rows: Columns of ``COLUMNS``, in SI units; ``place``, the index of the participant; ``tool``, the index of the
+            presented object in ``tools``; and the table's further columns as texts.
         tools: Objects as they are presented, with the mass and the look that their rows give them.
-        unused: Names of further columns that are left out, as their cells are no single lines, or their names are
-            those of columns that are written.
+        unused: Names of further columns that are left out, because their cells are not short single lines or their
+            names are needed for results.
         source: File of the table.
         numbers: Number of each row in the file.
     """
@@ -64,7 +64,7 @@ class TrialTable(NamedTuple):
 
     @property
     def participants(self) -> list[str]:
-        """Names of the participants, in the order of their first rows."""
+        """Names of the participants, in the order in which they first occur."""
         return list(dict.fromkeys(self.rows["participant"]))
 
 
@@ -76,18 +76,18 @@ def read_trials(
     columns: Mapping[str, str] = {},
     tasks: Collection[str] = (),
 ) -> TrialTable:
-    """Reads and checks a table; see ``Cells.read``.
+    """Reads a trial table from a file and checks it; for the format see ``Cells.read``.
 
     Args:
         path: File of the table.
-        tools: Objects that it may name.
+        tools: Objects that the table may name.
         materials: Materials that objects may look like, by name.
-        columns: The file's names of columns, by ours.
+        columns: Names of columns in the file, by this program's names.
         tasks: Names of the tasks for which a grip may be chosen.
 
     Raises:
-        BadValueError: The file cannot be read, or is too large, or a cell is wrong; the message names its row, as a
-            spreadsheet counts them, and its column.
+        BadValueError: The file cannot be read or is too large, or a cell is wrong. The message names the cell's row,
+            as a spreadsheet counts, and its column.
     """
     for name in columns:
         if name not in COLUMNS:
@@ -103,7 +103,7 @@ def check_trials(
     tasks: Collection[str] = (),
     name: str = "trials",
 ) -> TrialTable:
-    """Checks a table that functions made, as if it had been read; its first trial is row 2, below the names."""
+    """Checks a table built in Python as if it had been read from a file; its first trial is row 2."""
     rows = [
         [str(each) for each in frame.columns],
         *([_write(each) for each in row] for row in frame.to_numpy(object)),
@@ -112,18 +112,18 @@ def check_trials(
 
 
 def _write(value: Any) -> str:
-    """Writes a value as a cell, exactly."""
+    """Writes a value as the exact text of a cell."""
     return "" if pd.isna(value) else str(value)
 
 
 def _check(
     cells: Cells, tools: Sequence[Tool], materials: Mapping[str, Material], tasks: Collection[str]
 ) -> TrialTable:
-    """Checks all cells, and makes the objects that are presented."""
+    """Checks all cells, and makes the presented objects."""
     if "object" not in cells.labels:
         listed = ", ".join(list(cells.labels.values())[:20])
         raise BadValueError(
-            cells.path, "object", f"is missing among {listed}; --columns object=NAME says what it is called"
+            cells.path, "object", f"is missing among {listed}; --columns object=NAME names the column to use"
         )
     by_name = {tool.name: tool for tool in tools}
     rows = pd.DataFrame(
@@ -160,7 +160,7 @@ def _check(
 
 
 def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tasks: Collection[str]) -> None:
-    """Checks what cells of one row say together."""
+    """Checks that the cells of each row fit together."""
     given = {name: cells[name] for name in ("task", "duration", "force")}
     for place, row in enumerate(rows.to_dict("records")):
         cycle, do, task = row["cycle"], row["do"], row["task"]
@@ -178,7 +178,7 @@ def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tas
 
 
 def _check_participants(cells: Cells, rows: pd.DataFrame) -> None:
-    """Checks that each participant is in one group, and has no more trials than a memory can take."""
+    """Checks that each participant is in one group, and does not have too many trials."""
     groups: dict[str, str] = {}
     for place, (participant, group) in enumerate(zip(rows["participant"], rows["group"], strict=True)):
         if (known := groups.setdefault(participant, group)) != group:
@@ -195,7 +195,7 @@ def _check_participants(cells: Cells, rows: pd.DataFrame) -> None:
 def _list_presented(
     cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> tuple[list[int], tuple[Tool, ...]]:
-    """Lists the objects that are presented, each mass and look once, and which of them each row presents."""
+    """Lists the presented objects, each mass and look once, and the index of each row's object."""
     known: dict[tuple[str, float | None, str], int] = {}
     presented: list[Tool] = []
     places = []
@@ -218,7 +218,7 @@ def _list_presented(
 def _present(
     cells: Cells, place: int, tool: Tool, mass: float | None, look: str, materials: Mapping[str, Material]
 ) -> Tool:
-    """Returns an object with another mass, its densities times one factor, and another look, if these are given."""
+    """Returns an object with the mass and look that a row gives; all its densities change by one factor."""
     parts = tool.components
     if mass is not None:
         factor = mass / tool.mass
@@ -249,7 +249,7 @@ def _is_carried(cell: str) -> bool:
 
 
 def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
-    """Raises a BadValueError for more trials, or longer holds, than can be computed in some hours."""
+    """Raises a BadValueError if trials or holds would take more than some hours to compute."""
     trials, seconds = len(table.rows) * num_learners, float(table.rows["duration"].sum()) * num_learners
     most = min(
         REPEATS.high // len(table.participants),

@@ -1,10 +1,10 @@
-"""Two ends: by which end does somebody take a stick of two unknown materials, to reach and to hit with it?
+"""Two ends: by which end do people hold a stick of two unknown materials, to reach and to hit with it?
 
-A participant sees two colours never seen before; one is of a material eleven times as dense as the other. Both are
-felt only in the two objects of Simulation II, steel far from or near the hand, of equal weight. After 0, 1, 2 and 6
-lifts the participant points to an end of a novel stick of both, once to reach along a path and once to hit a nail,
-and never lifts it. Nobody has done it yet. Expected: the right end is chosen by chance at first, and then by a share
-that learners differ in. Answers in a filled data sheet are read by ``read_choices`` of ``two_ends_people.py``.
+A participant sees two new colours; one belongs to a material eleven times as dense as the other. Both are felt only
+in the two objects of Simulation II, of equal weight, with their steel far from or near the hand. After 0, 1, 2 and 6
+lifts the participant points to an end of a novel stick of both materials, once to reach along a path and once to hit
+a nail; the stick is never lifted. Nobody has done this yet. Expected: choices are at chance at first; later the share
+of right choices depends on the learner. ``two_ends_people.py`` reads the answers from a filled data sheet.
 
     affordance run two_ends
 
@@ -53,14 +53,14 @@ from affordance.reporting.claims import ClaimResult, check, claim
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.statistics import estimate_proportion
 
-OBSERVERS = 48  # participants; fewer are the first ones, more do the same trials again
+OBSERVERS = 48  # a smaller number takes the first participants, a larger one repeats their trials
 EVERY_LEARNER = True
 NO_MEMORY = "in which participants know neither material"
-ALPHA, POWER = 0.05, 0.8  # one-sided
+ALPHA, POWER = 0.05, 0.8  # of one-sided tests
 
 
 def make_objects(models: Path) -> list[Tool]:
-    """Makes the two objects that are lifted and the stick, for either colour of the dense material."""
+    """Makes the two objects to lift and the stick, for either colour of the dense material."""
     far, near = load_tools(models / "tools" / "com.yaml")[:2]
     stick = load_tools(models / "tools" / "novel.yaml")[0]
     heaviest = max(part.material.density for part in stick.components)
@@ -82,7 +82,7 @@ def make_objects(models: Path) -> list[Tool]:
 
 
 def read(setup: Setup) -> TrialTable:
-    """Builds the rows of the first participants, out of the frozen table, and checks that the arm can hold all."""
+    """Reads the first participants' rows of the frozen table, and checks that the arm can hold all objects."""
     trials = build_trials()
     if (found := hash_trials(trials)) != FROZEN:
         raise AffordanceError(f"two_ends: the trial table has SHA-256 {found}, must have {FROZEN}, which is frozen")
@@ -93,14 +93,14 @@ def read(setup: Setup) -> TrialTable:
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner do the trials; the choices, with ``right`` where the right end was chosen."""
+    """Lets observers of each learner do the trials; returns their choices, with ``right`` for the right end."""
     arm = load_arm(setup.settings.arm)
     tasks = {task: load_task(setup.models, task, arm) for task in TASKS}
     repeats = max(1, math.ceil(setup.observers / PARTICIPANTS))
     experiment = TableExperiment("two_ends", read(setup), tasks, repeats, tuple(_list_learners(setup)))
     lifts = experiment.collect(setup)
     chosen = lifts[lifts["do"] == "choose"].copy()
-    # With the mass near the hand the stick is easier to move; far from it, it hits with less work.
+    # The stick is easier to move with its mass near the hand, and hits with less work with its mass far from it.
     chosen["right"] = chosen["chosen"] == chosen["task"].map({"reach": "dense", "hammer": "light"})
     chosen["lifts"] = chosen["phase"].str.removeprefix("after ").astype(int)
     return chosen
@@ -111,7 +111,7 @@ def _list_learners(setup: Setup) -> Sequence[Learner]:
 
 
 def measure(choices: pd.DataFrame) -> pd.DataFrame:
-    """Measures shares of observers, by learner and number of lifts: right in each task, and in both or in neither."""
+    """Measures shares of observers that are right in each task, and that agree: right in both or in neither."""
     wide = choices.pivot(index=["learner", "observer", "lifts"], columns="task", values="right")
     wide["agree"] = (wide["reach"] == wide["hammer"]).where(wide.notna().all(axis=1))
     rows = []
@@ -127,7 +127,7 @@ def measure(choices: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_people(one: float, other: float | None = None) -> float:
-    """Counts participants that tell a share from chance, or per group from another share (one-sided, power .8)."""
+    """Computes the participants needed to tell a share from chance or, per group, from another share."""
     z_alpha, z_power = ndtri(1.0 - ALPHA), ndtri(POWER)
     if other is None:
         other, error = 0.5, z_alpha * 0.5 + z_power * math.sqrt(one * (1.0 - one))
@@ -139,7 +139,7 @@ def count_people(one: float, other: float | None = None) -> float:
 
 
 def contrast(shares: pd.DataFrame) -> pd.DataFrame:
-    """Contrasts learners with chance and with each other, after each number of lifts; the cheapest first."""
+    """Contrasts learners with chance and with each other; fewest participants needed come first."""
     rows = []
     for (name, lifts), own in shares[shares["measure"] != "agree"].groupby(["measure", "lifts"], sort=False):
         by_learner = dict(zip(own["learner"], own["share"], strict=True))
@@ -154,7 +154,7 @@ def contrast(shares: pd.DataFrame) -> pd.DataFrame:
 
 
 def judge(shares: pd.DataFrame) -> list[ClaimResult]:
-    """Judges the claims: predictions of this program, which people may contradict."""
+    """Judges the predictions, which people may contradict."""
 
     def get(column: str, lifts: int, *learners: str, task: str | None = None) -> Array:
         is_meant = shares["measure"].isin([task] if task else TASKS) & (shares["lifts"] == lifts)
@@ -164,17 +164,17 @@ def judge(shares: pd.DataFrame) -> list[ClaimResult]:
     by_look, own = ("density", "kinds_drawn", "kinds_map"), "own_memory"
     advantage = get("share", 1, "density", task="reach") - get("share", 1, "density", task="hammer")
     return [
-        claim("by_chance", "ours, a prediction", "Before anything is lifted, every learner chooses by chance.",
-              check("lower end of the share that is right, after 0 lifts", get("low", 0), at_most=0.5),
+        claim("by_chance", "ours, a prediction", "Before anything is lifted, every learner is at chance.",
+              check("lower end of the interval of right shares, 0 lifts", get("low", 0), at_most=0.5),
               check("upper end", get("high", 0), at_least=0.5)),
         claim("by_look", "ours, a prediction", "After two lifts, learners with densities by look are right to reach.",
-              check("lower end of the share that is right", get("low", 2, *by_look, task="reach"), above=0.5)),
-        claim("by_object", "ours, a prediction", "Memories of single objects are no help with the stick.",
-              check("lower end of the share of own memory, after 6 lifts", get("low", 6, own), at_most=0.5),
+              check("lower end of the interval of right shares", get("low", 2, *by_look, task="reach"), above=0.5)),
+        claim("by_object", "ours, a prediction", "A memory of single objects does not help with the stick.",
+              check("lower end of the interval, own memory, after 6 lifts", get("low", 6, own), at_most=0.5),
               check("upper end", get("high", 6, own), at_least=0.5)),
         claim("reach_first", "ours, seen in a run first",
-              "After one lift, one density is right to reach more often than to hit.",
-              check("right to reach less right to hit", advantage, above=0.1)),
+              "After one lift, one density for each colour is right to reach more often than to hit.",
+              check("share right to reach minus share right to hit", advantage, above=0.1)),
     ]  # fmt: skip
 
 
@@ -194,7 +194,7 @@ def run(setup: Setup) -> Results:
         order=53,
         title="Two ends of a stick that was never lifted",
         summary=(
-            f"{count} participants, simulated by each learner, choose an end of a stick of two unknown"
+            f"{count} participants, simulated with each learner, choose an end of a stick of two unknown"
             f" materials to reach and to hit, after {', '.join(map(str, ASKED))} lifts of two other objects."
         ),
         finding="; ".join(_describe(shares)) + ".",
@@ -206,7 +206,7 @@ def run(setup: Setup) -> Results:
         },
         tables={
             "Shares with 95 % intervals.": tabulate(shares),
-            "Participants (per group) that tell one share from another, one-sided .05, power .8.": finite.head(30)
+            "Participants (per group) that a comparison needs, one-sided .05, power .8.": finite.head(30)
             .set_index("measure")
             .round(2),
         },
@@ -223,7 +223,7 @@ def _write_table(name: str, build: Callable[[], pd.DataFrame], folder: Path) -> 
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes whether each observer of every learner is right, by task and number of lifts."""
+    """Computes for each observer of every learner whether its choice is right, by task and number of lifts."""
     choices, values = collect(setup), dict[str, Mapping[str, Any]]()
     for learner, own in choices.groupby("learner", sort=False):
         wide = own.pivot(index="observer", columns=["task", "lifts"], values="right").astype(float)
@@ -233,7 +233,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
-    """Tabulates shares with intervals: a row for each learner and measure, a column for each number of lifts."""
+    """Tabulates shares with intervals: rows are learners and measures, columns are numbers of lifts."""
     shown = shares.assign(
         cell=[f"{row.share:.2f} [{row.low:.2f}, {row.high:.2f}]" for row in shares.itertuples()],
         who=[label_learner(str(learner)) for learner in shares["learner"]],
@@ -247,12 +247,12 @@ def _describe(shares: pd.DataFrame) -> list[str]:
     found = []
     for learner, own in last.groupby("learner", sort=False):
         percent = ", ".join(f"{share:.0%}" for share in own["share"])
-        found.append(f"{label_learner(str(learner))}: right to reach in {percent} after 1 and 2 lifts")
+        found.append(f"{label_learner(str(learner))}: right to reach in {percent} of cases after 1 and 2 lifts")
     return found
 
 
 def draw(shares: pd.DataFrame) -> Figure:
-    """Draws the shares over the number of lifts, a panel for each task and one for agreement."""
+    """Draws the shares against the number of lifts: a panel for each task, and one for agreement."""
     figure = Figure(figsize=(10.0, 3.6))
     panels = figure.subplots(1, 3, sharey=True)
     titles = {"reach": "right end to reach", "hammer": "right end to hit", "agree": "both right, or both wrong"}

@@ -5,23 +5,23 @@ import hashlib
 import numpy as np
 import pandas as pd
 
-PARTICIPANTS = 48  # each of the eight orders six times
-COLOURS = {"blue": "#3f7fbf", "orange": "#c06a30"}  # either can be that of the dense material
-ASKED = (0, 1, 2, 6)  # numbers of lifts after which both ends are chosen
+PARTICIPANTS = 48  # six for each of the eight orders
+COLOURS = {"blue": "#3f7fbf", "orange": "#c06a30"}  # either may be the colour of the dense material
+ASKED = (0, 1, 2, 6)  # numbers of lifts after which an end is chosen for both tasks
 TASKS = ("reach", "hammer")
-SEED = 20261127  # of the trial table alone
+SEED = 20261127  # of the trial table only
 FROZEN = "af41ac041244c904c8506824be9db914c16e57dfe44a3e0b93c849ee0dcc8106"  # SHA-256 of the trial table as CSV
 # Columns of the data sheet that the experimenter fills in.
-FILLED_IN = ("chosen_end", "push_N", "response_time", "remark")  # seconds, as BIDS has it
+FILLED_IN = ("chosen_end", "push_N", "response_time", "remark")  # response_time in seconds, as in BIDS
 INSTRUCTIONS = {
     "": "Lift the object as in practice, and put it down.",
-    "reach": "Point to the end, left or right, by which you would take the stick to reach along the path with it.",
-    "hammer": "Point to the end, left or right, by which you would take the stick to hit the nail with it.",
+    "reach": "Point to the end, left or right, by which you would hold the stick to reach along the path with it.",
+    "hammer": "Point to the end, left or right, by which you would hold the stick to hit the nail with it.",
 }
 
 
 def build_trials() -> pd.DataFrame:
-    """Builds the trial table of all participants: colours, first object, first task and sides are balanced."""
+    """Builds the trial table; dense colour, first object and first task are balanced, sides are random."""
     rng, tables = np.random.default_rng(SEED), []
     places = np.concatenate([rng.permutation(8) for _ in range(PARTICIPANTS // 8)])
     for participant, place in enumerate(places, start=1):
@@ -47,12 +47,12 @@ def build_trials() -> pd.DataFrame:
 
 
 def hash_trials(table: pd.DataFrame) -> str:
-    """Computes the SHA-256 of a trial table, as CSV with lines that end in a line feed."""
+    """Computes the SHA-256 of a trial table, written as CSV with line feeds."""
     return hashlib.sha256(table.to_csv(index=False, lineterminator="\n").encode()).hexdigest()
 
 
 def build_data_sheet() -> pd.DataFrame:
-    """Builds the data sheet: the trials, numbered, with an instruction and empty columns to be filled in."""
+    """Builds the data sheet: numbered trials with an instruction, and empty columns to fill in."""
     table = build_trials()
     table.insert(1, "trial", table.groupby("participant").cumcount() + 1)
     table["instruction"] = table["task"].map(INSTRUCTIONS)

@@ -1,6 +1,6 @@
-"""Answers of people in the experiment ``two_ends``: reads a filled data sheet.
+"""Reads people's answers in the experiment ``two_ends`` from a filled data sheet.
 
-What it returns has the columns of simulated choices, so ``two_ends.measure`` and ``two_ends.contrast`` take both.
+The result has the columns of simulated choices, so ``two_ends.measure`` and ``two_ends.contrast`` take both.
 """
 
 from pathlib import Path
@@ -12,22 +12,22 @@ from affordance.experiments.two_ends_design import build_data_sheet
 from affordance.reporting.lift_means import PEOPLE
 
 _SIDES = ("left", "right")
-# Columns that say which trial a row is, and must be as they were registered.
+# Columns that describe the trial; they must be as registered.
 _REGISTERED = ("group", "phase", "object", "do", "task", "dense_end_is")
 
 
 def read_choices(path: Path) -> pd.DataFrame:
-    """Reads the choices of a filled data sheet, a row for each answer.
+    """Reads the choices of a filled data sheet; returns a row for each answer.
 
-    Rows may be in any order and of some participants only; a choice without an answer is left out. Participants are
-    numbered as observers, in the order of the sheet.
+    Rows may be in any order, and participants may be missing. Choices without an answer are left out. The column
+    ``observer`` numbers the participants in the order of the sheet.
 
     Args:
-        path: Filled data sheet (CSV, or with semicolons or tabs between the cells).
+        path: Filled data sheet, with commas, semicolons or tabs between the cells.
 
     Raises:
-        BadValueError: The sheet cannot be read, or a cell is wrong: a trial that was not registered, is there
-            twice or was changed, or an answer other than left or right.
+        BadValueError: The sheet cannot be read, or a cell is wrong: a trial is not registered, occurs twice or was
+            changed, or an answer is neither left nor right.
     """
     sheet = build_data_sheet()
     cells = Cells.read(path, [str(each) for each in sheet], {})

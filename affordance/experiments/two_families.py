@@ -1,7 +1,7 @@
-"""Two families of one look: small cylinders are dense, large ones light, so that the small ones weigh more.
+"""Two families of one look: small dense cylinders, and large light ones that weigh less.
 
-A design of ours that nobody has done yet. Expected: one density for each colour lifts large objects too hard and
-small ones too lightly for ever; learners with kinds do not.
+A design of ours that nobody has done yet. Expected: with one density for each colour, the force stays too high for
+large objects and too low for small ones; with kinds, both become right.
 """
 
 import math
@@ -32,23 +32,23 @@ from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
-EVERY_LEARNER = True  # observers of each are simulated
-NO_MEMORY = "in which nothing is felt"  # so that a lasting memory learns nothing
+EVERY_LEARNER = True  # observers of each learner are simulated
+NO_MEMORY = "in which nothing is felt"  # no torques over time, so a lasting memory learns nothing
 RADIUS = 0.0461  # of all cylinders, [m]
 SMALL = {"small_60mm": (0.06, 0.9), "small_70mm": (0.07, 1.05)}  # height, [m], and mass, [kg]: 15 kg/m
 LARGE = {"large_140mm": (0.14, 0.7), "large_160mm": (0.16, 0.8)}  # 5 kg/m
-REPETITIONS = 16
+REPETITIONS = 16  # of lifting each object
 SOURCE = (
     "Cesanek and others 2021: SD of Linear+ and Linear++ pooled, by the published intervals, last 16 lifts of one"
     " object"
 )
 SPREADS = {name: PeopleSpread(1.75, SOURCE) for name in ("small_N", "large_N")}
 MEANINGS = {
-    "small_weight_N": "true weight of the small ones, N",
-    "large_weight_N": "true weight of the large ones, N",
-    "small_N": "small ones, last 8 repetitions, N",
-    "large_N": "large ones, last 8 repetitions, N",
-    "illusion": "expected over true weight, large over small: 1 if both are right",
+    "small_weight_N": "mean true weight of the small objects, N",
+    "large_weight_N": "mean true weight of the large objects, N",
+    "small_N": "mean force for the small objects, last 8 repetitions, N",
+    "large_N": "mean force for the large objects, last 8 repetitions, N",
+    "illusion": "ratio of force over true weight, large over small objects; 1 if both forces are right",
 }
 
 
@@ -62,10 +62,10 @@ def run(setup: Setup) -> Results:
         title="Two families of one look",
         summary=(
             f"{count_observers(setup.observers)} of each learner lifted two small dense and two large light objects"
-            " of one look sixteen times each. Nobody has done it yet."
+            " of one look sixteen times each. Nobody has done this experiment yet."
         ),
         finding=(
-            f"Expected over true weight, of large objects over small ones of the same look: {', '.join(ratios)}; 1 if"
+            f"Force over true weight, ratio of large to small objects of the same look: {', '.join(ratios)}; 1 if"
             " both are right."
         ),
         data=lifts,
@@ -73,11 +73,11 @@ def run(setup: Setup) -> Results:
         claims=judge(numbers["learners"]),
         figures={
             "small": (
-                "Force before each lift of the small ones, over the true weight of the object.",
+                "Force before each lift of a small object, divided by its true weight.",
                 partial(draw_forces, lifts, [*SMALL], title="Small objects, dense: 15 kg per metre of height"),
             ),
             "large": (
-                "Force before each lift of the large ones, over the true weight of the object.",
+                "Force before each lift of a large object, divided by its true weight.",
                 partial(draw_forces, lifts, [*LARGE], title="Large objects, light: 5 kg per metre of height"),
             ),
         },
@@ -92,7 +92,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists the standard deviations between people; that of the ratio follows to first order, as if independent."""
+    """Lists standard deviations between people; the ratio's is to first order, its parts as if independent."""
     shares = [SPREADS[name].sd / means[name] for name in ("small_N", "large_N")]
     ratio = (means["large_N"] / means["large_weight_N"]) / (means["small_N"] / means["small_weight_N"])
     return {**SPREADS, "illusion": PeopleSpread(ratio * math.hypot(*shares), "calculated from the others")}
@@ -107,17 +107,17 @@ def read(setup: Setup) -> list[Tool]:
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects."""
+    """Lets observers of each learner lift the objects; returns a row per lift."""
     return run_lifts("two_families", setup, read(setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer."""
+    """Draws the trials of one observer: cycles of all objects in random order."""
     return repeat([*SMALL, *LARGE], REPETITIONS, rng, block="all")
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from the lifts in their order."""
+    """Computes the numbers of one observer, or of one person, from its lifts in order."""
     small, large = (lifts[lifts["object"].isin(names)].tail(REPETITIONS) for names in (SMALL, LARGE))
     forces = [each["force"].to_numpy().mean() for each in (small, large)]
     weights = [each["weight"].to_numpy().mean() for each in (small, large)]
@@ -133,11 +133,11 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
-    """Judges what was expected."""
+    """Judges the prediction."""
     ratio = n["density"]["illusion"] / n["kinds_map"]["illusion"]
     return [
         claim("apart", "ours, a prediction",
-              "One density for each colour lifts large ones too hard and small ones too lightly for ever; "
-              "kinds do not.",
-              check("illusion, one density for each colour over kinds", ratio, at_least=1.5)),
+              "With one density for each colour, the force stays too high for large objects and too low for small "
+              "ones; with kinds it does not.",
+              check("ratio of large to small, one density for each colour over kinds", ratio, at_least=1.5)),
     ]  # fmt: skip

@@ -1,9 +1,9 @@
-"""Features from pictures: how accurate are sizes and masses, and do their stated intervals hold the truth?
+"""Features from pictures: how accurate are sizes and masses, and do their stated intervals contain the truth?
 
-The paper assumes that three-dimensional sizes are recovered from pictures (IV-A). Here objects of one to three
-touching ellipsoids are drawn at random, presented to the camera, and their parts detected in a noisy picture.
-Expected: errors within the bounds of the claims, and intervals that hold. It also answers the question of the paper's
-figure 1: which of two uncommon objects is better for mashing, and how should it be held?
+The paper assumes that three-dimensional sizes are recovered from pictures (IV-A). Here random objects of one to three
+touching ellipsoids are presented to the camera, and their parts are detected in a noisy picture. Expected: errors
+within the bounds of the claims, and intervals with the stated coverage. The program also answers the question of the
+paper's figure 1: which of two uncommon objects is better for mashing, and how should it be held?
 """
 
 import math
@@ -50,19 +50,23 @@ from affordance.vision.pixels.rgbd import Picture, save_frame
 from affordance.vision.pixels.rig import build_rig_diagram, render
 from affordance.vision.systems import predict_object
 
-NO_MEMORY = "in which nothing is felt"  # so that a lasting memory learns nothing
+NO_MEMORY = "in which nothing is felt"  # a lasting memory learns from what is felt only
 UNCOMMON, PATH = "tools/uncommon.yaml", "paths/mash.yaml"  # in the folder of models
-COVERAGE_FACTOR = 2.5  # objects for the coverage of intervals, per object of the accuracy: 500 to 200
-INTERVAL = 0.9  # probability of the interval of mass whose coverage is claimed
-TARGETS = {"visible axes": 0.03, "axis along the view": 0.08, "mass at true densities": 0.06}  # bounds of medians
-SHOWN, FAILURES_SHOWN = 5, 3  # objects and failures whose pictures are shown
-OBJECT, NOISE = 0, 1  # last entry of the seeds, after seed and number of the object
+COVERAGE_FACTOR = 2.5  # objects for measuring coverage, per object for measuring accuracy: 500 for 200
+INTERVAL = 0.9  # probability of the mass interval whose coverage is tested
+TARGETS = {
+    "visible axes": 0.03,
+    "axis along the view": 0.08,
+    "mass at true densities": 0.06,
+}  # bounds of median errors
+SHOWN, FAILURES_SHOWN = 5, 3  # numbers of detected objects and of failures whose pictures are shown
+OBJECT, NOISE = 0, 1  # last entries of random seeds, after the root seed and the object's number
 SHARE = Unit("%", 100.0)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; objects or a path that do not make it raise a BadValueError."""
-    setup = setup.change(feature_source=FeatureSource.FEATURES)  # it always takes pictures
+    """Runs the experiment; raises a BadValueError for objects or a path that do not fit it."""
+    setup = setup.change(feature_source=FeatureSource.FEATURES)  # features are only observed in pictures here
     tools, task = read(setup)
     check_mashing(setup, tools, task)
     count = math.ceil(COVERAGE_FACTOR * setup.observers)
@@ -79,7 +83,7 @@ def run(setup: Setup) -> Results:
         "uncommon": (
             (
                 "Two uncommon objects as the camera saw them. Which is better for mashing, and how should it be"
-                f" held? For one who knows the materials: {expert.ranked[0].option.name}, with probability"
+                f" held? If the materials are known: {expert.ranked[0].option.name}, with probability"
                 f" {expert.ranked[0].p_best:.2f}."
             ),
             partial(draw_uncommon, tools, setup.seed),
@@ -87,15 +91,15 @@ def run(setup: Setup) -> Results:
     }
     if len(detected):
         seen = [(int(number), "") for number in detected[:SHOWN]]
-        caption = "Random objects: colour, depth, detected parts, outlines of the fitted ellipsoids."
+        caption = "Random objects: colour, depth, detected parts, and outlines of the fitted ellipsoids."
         figures["seen"] = (caption, partial(draw_pictures, setup.seed, seen))
     figures["errors"] = (
-        "Left: how large errors are. Right: whether they are as large as is claimed.",
+        "Left: sizes of the errors. Right: errors of mass compared with their stated standard deviations.",
         partial(draw_errors, data, setup.observers),
     )
     if len(failed):
         noted = [(int(number), str(data.reason.values[number])) for number in failed[:FAILURES_SHOWN]]
-        caption = "Objects that were not detected, or not correctly."
+        caption = "Objects that were not detected, or not detected correctly."
         figures["failures"] = (caption, partial(draw_pictures, setup.seed, noted))
     return Results(
         order=6,
@@ -105,9 +109,9 @@ def run(setup: Setup) -> Results:
             "Nothing was detected."
             if numbers["mass_error_median"] is None
             else (
-                "From one picture each, the axes of parts across the view are found with a median error of "
-                f"{numbers['semi_axis_error_visible_median']:.1%}, and masses, at true densities, with one of "
-                f"{numbers['mass_error_median']:.1%}."
+                "From one picture of an object, the axes of its parts across the view are measured with a median "
+                f"error of {numbers['semi_axis_error_visible_median']:.1%}, and its mass, at true densities, with "
+                f"one of {numbers['mass_error_median']:.1%}."
             )
         ),
         data=data,
@@ -117,11 +121,11 @@ def run(setup: Setup) -> Results:
         tables={"Mashing with the two uncommon objects, least expected absolute work first.": tabulate(numbers)},
         remarks=[
             (
-                "The paper assumes that sizes are recovered from pictures; here they are. The picture is rendered: of"
-                " perfect ellipsoids in even light before a plain stand, with the noise of a sensor but without its"
-                " distortion, shadows of its projector, or gloss."
+                "The paper assumes that sizes are recovered from pictures; here they are. The pictures are rendered:"
+                " perfect ellipsoids in even light on a plain stand, with sensor noise, but without lens distortion,"
+                " projector shadows, or gloss."
             ),
-            "Of mashing only the motion is judged: the absolute work of moving the working end down and up.",
+            "Mashing is judged by its motion only: the absolute work of moving the working end down and up.",
         ],
         diagram=lambda: build_rig_diagram(tools[0]),
         files={
@@ -142,7 +146,7 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Reach]:
 
 
 def check_mashing(setup: Setup, tools: Sequence[Tool], task: Reach) -> None:
-    """Raises a BadValueError if the mashing cannot be planned with an object, or is infeasible with each of them."""
+    """Raises a BadValueError if mashing cannot be planned with some object, or is infeasible with all of them."""
     file, model = setup.models / PATH, ArmModel(load_arm(setup.settings.arm))
     build_chain(model.arm)  # otherwise an unusable arm would be blamed on the path
     held = [tool.gripped_by(grip) for tool in tools for grip in tool.grips or (Grip("", np.eye(4)),)]
@@ -155,10 +159,10 @@ def check_mashing(setup: Setup, tools: Sequence[Tool], task: Reach) -> None:
 
 
 def observe(setup: Setup, number: int) -> xr.Dataset:
-    """Detects the parts of the random object with a number in a picture, and compares them with the true ones.
+    """Detects the parts of a numbered random object in a picture, and compares them with the true parts.
 
-    ``failure`` is the name of the error, empty if there was none; ``seconds`` is the processor time of the detection,
-    without that of taking the picture.
+    Returns: Errors of ``compare``; ``failure``, the name of the error, empty if there was none, and its ``reason``;
+        ``seconds``, the processor time of the detection, without taking the picture.
     """
     tool, picture = draw_numbered_object(setup.seed, number), take_picture(setup.seed, number)
     failure, reason, found = "", "", compare(tool, None)
@@ -182,7 +186,7 @@ def observe(setup: Setup, number: int) -> xr.Dataset:
 
 
 def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
-    """Compares the detected features of an object, of all its parts, with the true ones; NaN without a detection."""
+    """Compares the detected features of an object's parts with the true ones; NaN without a detection."""
     visible, depth, colours = np.full((MAX_PARTS, 2), np.nan), np.full(MAX_PARTS, np.nan), np.full(MAX_PARTS, np.nan)
     error = deviation = math.nan
     if detection is not None:
@@ -194,7 +198,7 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
         matched = []
         for i, j in zip(true_of, seen_of, strict=True):
             true, part = tool.components[i], features[j]
-            # Axes are paired by direction; the depth axis is the true one closest to the line of sight.
+            # Axes are paired by direction; the depth axis is the true axis closest to the line of sight.
             alignment = np.abs(true.X_TE[:3, :3].T @ part.X_TE[:3, :3])
             _, pairs = linear_sum_assignment(-(alignment**2))
             errors = part.shape.sizes[pairs] / true.shape.sizes - 1.0
@@ -226,7 +230,7 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset, count: int) -> dict[str, Any]:
-    """Computes the numbers of metrics.json: accuracy over the first objects, coverage over all."""
+    """Computes the numbers of metrics.json: accuracy over the first ``count`` objects, coverage over all."""
     accurate = data.isel(object=slice(count))
     failures = [str(name) for name in accurate.failure.values]
     deviations = data.mass_deviation.values[np.isfinite(data.mass_deviation.values)]
@@ -251,13 +255,13 @@ def measure(data: xr.Dataset, count: int) -> dict[str, Any]:
 
 
 def find_median(errors: xr.DataArray) -> float | None:
-    """Computes the median magnitude of the finite errors; None if there are none."""
+    """Computes the median magnitude of the errors that are not NaN; None if there are none."""
     there = np.abs(errors.values[np.isfinite(errors.values)])
     return float(np.median(there)) if len(there) else None
 
 
 def rank_uncommon(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[Ranking, Ranking]:
-    """Ranks the uncommon objects for mashing by expected absolute work, as a novice and as one who knows them."""
+    """Ranks the uncommon objects for mashing by expected work: as a novice, and as an expert on the materials."""
     options = [
         option
         for tool in tools
@@ -285,7 +289,7 @@ def list_ranking(ranking: Ranking) -> list[dict[str, Any]]:
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges the accuracy by bounds of ours."""
+    """Judges the accuracy; the bounds are ours."""
     visible, depth, mass = (
         n[name] if n[name] is not None else math.nan
         for name in ("semi_axis_error_visible_median", "semi_axis_error_depth_median", "mass_error_median")
@@ -298,16 +302,16 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
               check("median relative error", depth, SHARE, at_most=TARGETS["axis along the view"])),
         claim("mass", "ours", "The median relative error of the mass at true densities is at most 6 %.",
               check("median relative error", mass, SHARE, at_most=TARGETS["mass at true densities"])),
-        claim("coverage", "ours", "Intervals of 90 % for the predicted mass hold the truth in 85 to 95 of 100 cases.",
+        claim("coverage", "ours", "90 % intervals of predicted masses contain the true mass in 85 to 95 % of cases.",
               check("share of detected objects", coverage, PERCENT, at_least=0.85, at_most=0.95)),
         claim("time", "ours",
-              "Detection takes at most 150 ms of one processor an object, without taking the picture.",
+              "Detection takes at most 150 ms of one processor per object, without taking the picture.",
               check("median time", n["ms_per_object"], Unit("ms", digits=0), at_most=150)),
     ]  # fmt: skip
 
 
 def summarise(n: Mapping[str, Any]) -> str:
-    """Says what was done, and what was not detected."""
+    """Returns the summary: what was done, and which objects were not detected."""
     count, failures = n["objects"], n["failures"]
     kinds = "; ".join(
         f"{number} {kind}, such as: {n['failure_examples'][kind]}" for kind, number in n["failures_by_kind"].items()
@@ -316,15 +320,15 @@ def summarise(n: Mapping[str, Any]) -> str:
     return (
         f"{count} {'object' if count == 1 else 'objects'} of one to {MAX_PARTS} ellipsoids, drawn at random, 3 to 30"
         f" cm along each axis, {'is' if count == 1 else 'are'} presented to a camera of 640 by 480 pixels with the"
-        f" noise of the first Kinect, and their parts are detected in one picture each. Not detected: {missed};"
-        " pictures are kept in vision/frames. Two uncommon objects, as in the paper's figure 1: which is better for"
-        " mashing, and how should it be held? The options are ranked from a picture of each."
+        f" noise of the first Kinect; parts are detected in one picture per object. Not detected: {missed};"
+        " pictures of failures are in vision/frames. Two uncommon objects, as in the paper's figure 1: which is"
+        " better for mashing, and how should it be held? The options are ranked from a picture of each object."
     )
 
 
 def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates the ranking of the uncommon objects, by who chooses."""
-    who = {"who never felt the materials": n["mashing_novice"], "who knows the materials": n["mashing_expert"]}
+    """Tabulates the rankings of the uncommon objects by the novice and by the expert."""
+    who = {"novice (materials never felt)": n["mashing_novice"], "expert (materials known)": n["mashing_expert"]}
     rows = [
         {
             "who": name,
@@ -340,24 +344,24 @@ def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def draw_numbered_object(seed: int, number: int) -> Tool:
-    """Draws the random object with a number."""
+    """Draws the random object with a given number."""
     return draw_object(np.random.default_rng([seed, number, OBJECT]), f"object {number}")
 
 
 def take_picture(seed: int, number: int) -> Picture:
-    """Takes a noisy picture of the random object with a number."""
+    """Takes a noisy picture of the random object with a given number."""
     sensor = get_camera_sensor()
     picture = render(draw_numbered_object(seed, number), sensor.rig)
     return sensor.noise.add_to(picture, sensor.rig.camera, np.random.default_rng([seed, number, NOISE]))
 
 
 def save_picture(seed: int, number: int, reason: str, folder: Path) -> None:
-    """Saves the picture of an object that was not detected, or not correctly."""
+    """Saves the picture of an object that was not detected, or not detected correctly."""
     save_frame(SeeingError(reason, *take_picture(seed, number)), folder / "frames", f"object_{number:05d}")
 
 
 def draw_pictures(seed: int, numbered: Sequence[tuple[int, str]]) -> Figure:
-    """Draws pictures of random objects, each labelled with its number and a note."""
+    """Draws the pictures of random objects, each with its number and a note."""
     views = []
     for number, note in numbered:
         name, picture = draw_numbered_object(seed, number).name, take_picture(seed, number)
@@ -369,7 +373,7 @@ def draw_pictures(seed: int, numbered: Sequence[tuple[int, str]]) -> Figure:
 
 
 def draw_uncommon(tools: Sequence[Tool], seed: int) -> Figure:
-    """Draws the pictures of the uncommon objects by which they are ranked."""
+    """Draws the pictures of the uncommon objects from which they are ranked."""
     sensor = get_camera_sensor()
     views = []
     for tool in tools:
@@ -379,7 +383,7 @@ def draw_uncommon(tools: Sequence[Tool], seed: int) -> Figure:
 
 
 def draw_errors(data: xr.Dataset, count: int) -> Figure:
-    """Draws how large errors are, and whether they are as large as is claimed."""
+    """Draws the sizes of the errors, and errors of mass in units of their stated standard deviations."""
     errors = {}
     for label, name in zip(TARGETS, ("visible_error", "depth_error", "mass_error"), strict=True):
         values = data[name].isel(object=slice(count)).values

@@ -1,8 +1,8 @@
 """Simulation I (paper, IV-A): the weight of rods, after Mounoud and Bower (1974, Cognition 3:29-40).
 
-Rods of brass, from short to long, and then a decoy that looks like the last and weighs far less, are put into the
-outstretched hand one after the other and held. The joint torques that are felt update the belief about brass before
-the next object is seen. Expected: the arm drops less from rod to rod (figure 3) and lifts the decoy (figure 4).
+Rods of brass are put into the outstretched hand one after the other, from short to long, and held. Then follows a
+decoy that looks like the last rod but weighs far less. The felt joint torques update the belief about brass before
+the next object is seen. Expected: the arm drops less from rod to rod (figure 3), and lifts the decoy (figure 4).
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,17 +30,17 @@ from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
 NEEDS = ("objects",)  # what the arm must be able to do: take objects into its hand
-OBJECTS = "tools/weight.yaml"  # in the folder of models; the last is the decoy
+OBJECTS = "tools/weight.yaml"  # in the folder of models; the last object is the decoy
 DURATION = 3.0  # of each hold, [s]
 QUARTILES = (0.25, 0.5, 0.75)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; objects that do not make it raise a BadValueError."""
+    """Runs the experiment; raises a BadValueError for objects that do not fit it."""
     tools = read(setup)
     data = run_observers("weight", setup, observe, tools)
     numbers = summarise(measure(data), tools)
-    # Held again, as data has no full records; the same seed makes it the same hold.
+    # Held again, because the dataset has no full records; the same seed gives the same holds.
     _, records_shown = hold(setup, tools, OBSERVER_SHOWN)
     rods = select_rods(data)
     drop, lift = 100.0 * numbers["drop_m"], 100.0 * numbers["decoy_lift_m"]
@@ -61,7 +61,7 @@ def run(setup: Setup) -> Results:
         claims=judge(numbers),
         figures={
             "figure3": (
-                "Figure 3. Left: density believed before and after each trial. Others: drop, in two scales.",
+                "Figure 3. Left: believed density before and after each trial. Others: drop, on two scales.",
                 partial(draw_density_and_drop, rods, tools[:-1]),
             ),
             "figure4": (
@@ -70,24 +70,24 @@ def run(setup: Setup) -> Results:
             ),
         },
         tables={
-            "Trial by trial; drop and deviation are means over observers, densities medians.": tabulate(
+            "Trial by trial. Drop and deviation are means over observers; densities are medians.": tabulate(
                 numbers, tools
             )
         },
         remarks=[
             (
-                "The paper gives no constants. Ours come from sources (docs/decisions/), so heights cannot be"
-                " compared in centimetres; what is compared is which objects sink, which rise, and in what order."
+                "The paper gives no constants; ours have their own sources (docs/decisions/). Heights therefore"
+                " cannot be compared in centimetres. We compare which objects sink, which rise, and in what order."
             ),
             (
                 "After one trial our estimate is"
-                f" {abs(numbers['density_median'][1] / numbers['density_true'] - 1):.0%} off the truth; in the"
-                " paper's figure 3 the estimate is then still far from it. The published Weber fraction and"
-                " threshold make a single hold this informative, with a prior as broad as ours."
+                f" {abs(numbers['density_median'][1] / numbers['density_true'] - 1):.0%} off the true density; in the"
+                " paper's figure 3 it is then still far off. With the published Weber fraction and threshold, and a"
+                " prior as broad as ours, a single hold is this informative."
             ),
         ],
         lifts=tabulate_holds(data, tools, learner=setup.settings.learner.name, block="lifts"),
-        # A function, as the Diagram is only built when its picture is wanted.
+        # A function, so that the Diagram is built only if its picture is drawn.
         diagram=lambda: get_runner(setup.settings).get_diagram(DURATION).diagram,
         replay=replay_holds(tools, records_shown, setup.settings, f"weight, seed {setup.seed}"),
         seen=tools,
@@ -95,13 +95,13 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer with every learner, for ``affordance predict``, which compares them."""
+    """Computes the numbers of each observer of every learner, for ``affordance predict``."""
     tools = read(setup)
     return measure_learners(setup, lambda variant: measure(run_observers("weight", variant, observe, tools)))
 
 
 def read(setup: Setup) -> Sequence[Tool]:
-    """Reads the rods and the decoy, which comes last, and checks that they make the experiment."""
+    """Reads the rods and the decoy, which is last, and checks that they fit the experiment."""
     file = setup.models / OBJECTS
     tools = read_tools(setup.models, OBJECTS)
     if len(tools) < 3:
@@ -128,7 +128,7 @@ def read(setup: Setup) -> Sequence[Tool]:
 
 
 def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
-    """Lets an observer hold the objects, one after the other; it learns from each before it sees the next.
+    """Lets an observer hold the objects one by one, and learn from each before it sees the next.
 
     Returns: Memories before the first and after each trial, and the record of each trial.
     """
@@ -137,13 +137,13 @@ def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[Mater
     memories, records = [memory], []
     for trial, tool in enumerate(tools):
         records.append(hand.hold(tool, seed=(setup.seed, observer, trial)))
-        setup.remember(records[-1])  # in the file of --memory, if there is one
-        memories.append(hand.memory)  # which has learned from the hold
+        setup.remember(records[-1])  # adds it to the file of --memory, if there is one
+        memories.append(hand.memory)  # after learning from the hold
     return memories, records
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer: heights over time in each trial, densities believed before the first and after each."""
+    """Runs one observer; returns heights over time and the believed densities before and after each trial."""
     memories, records = hold(setup, tools, observer)
     beliefs = [memory.belief for memory in memories]
     # Index 0: the density of the one colour that all objects have.
@@ -156,12 +156,12 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
                 [each.height_centre for each in records],
                 about("m", "height of the object's geometric centre above where it was given"),
             ),
-            # Moment k is after k trials, so there is one more of them than of trials.
+            # Moment k is after k trials, so there is one more moment than trials.
             "density": (("moment", "quantile"), quantiles, about("kg/m^3", "quantile of the believed density")),
             "density_mode": (
                 "moment",
                 modes,
-                about("kg/m^3", "most probable density, by which the arm is controlled"),
+                about("kg/m^3", "most probable density, which the controller uses"),
             ),
             **describe_holds(tools, memories, records, setup.settings),
         },
@@ -174,7 +174,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def select_rods(data: xr.Dataset) -> xr.Dataset:
-    """Selects the trials with rods: without the decoy, which is last, and the belief after it."""
+    """Selects the trials with rods; leaves out the decoy, which is last, and the belief after it."""
     return data.isel(trial=slice(-1), moment=slice(-1))
 
 
@@ -223,21 +223,21 @@ def summarise(found: Mapping[str, xr.DataArray], tools: Sequence[Tool]) -> dict[
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges what the paper says of figures 3 and 4."""
+    """Judges the paper's claims about figures 3 and 4."""
     true, median, drop, deviation = n["density_true"], n["density_median"], n["drop_m"], n["deviation_m"]
-    drop_floored = np.maximum(drop, 0.005)  # so that ratios of negligible drops decide nothing
-    # The paper gives no bounds: those here are ours.
+    drop_floored = np.maximum(drop, 0.005)  # so that ratios of negligible drops do not decide a claim
+    # The paper gives no bounds; these are ours.
     return [
         claim("density_estimate", "paper IV-A, figure 3",
-              "The density estimate starts below the true density and closes on it.",
+              "The density estimate starts below the true density and approaches it.",
               check("error of the median after the last trial", abs(median[-1] / true - 1), PERCENT, at_most=0.1),
               check("median before the first trial", median[0], KG_PER_M3, below=true)),
-        claim("percentiles", "paper, figure 3", "The percentiles of the estimate draw together from trial to trial.",
+        claim("percentiles", "paper, figure 3", "The percentiles of the estimate converge from trial to trial.",
               check("change of the interquartile range",
                     np.diff(n["density_p75"] - n["density_p25"]), KG_PER_M3, below=0)),
         claim("drop_reduced", "paper IV-A, figure 3",
               "The drop is reduced from trial to trial, even though the mass of the objects increases.",
-              check("each drop over the drop before it, less than 5 mm taken as 5 mm",
+              check("each drop over the drop before it; drops below 5 mm count as 5 mm",
                     drop_floored[1:] / drop_floored[:-1], at_most=1),
               check("last drop over the first", drop[-1] / drop[0] if drop[0] else np.nan, at_most=0.25),
               check("growth of the mass", np.diff(n["mass_true"]), KG, above=0)),
@@ -246,25 +246,25 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
               check("drop of the first object", drop[0], CM, above=drop[1:].max()),
               check("most probable density before it", n["density_mode"][0], KG_PER_M3, below=true)),
         claim("flatter", "paper, figure 4", "As the affordance is learned, the trajectory becomes flatter.",
-              check("mean deviation of the last rod, not above that of any rod",
+              check("mean deviation of the last rod, not above that of any other rod",
                     deviation[-1], CM, at_most=deviation.min()),
               check("mean deviation of the later rods", deviation[1:], CM, below=deviation[0])),
         claim("decoy_lifted", "paper IV-A, figure 4",
               "The decoy, much less dense than it looks, is lifted much above the desired height.",
               check("mean lift, at least five times the deviation of the last rod",
                     n["decoy_lift_m"], CM, at_least=5 * deviation[-1]),
-              check("share of the observers in which it rises", n["decoy_rises"], PERCENT, at_least=0.95)),
+              check("share of observers with whom it rises", n["decoy_rises"], PERCENT, at_least=0.95)),
     ]  # fmt: skip
 
 
 def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
-    """Tabulates mass, drop and deviation of each rod, and the belief before the first and after each."""
+    """Tabulates mass, drop and deviation of each rod, and the believed density before the first and after each."""
     rods = tools[:-1]
     columns = {
         "mass (kg)": ["", *(f"{mass:.2f}" for mass in n["mass_true"])],
         "drop (cm)": ["", *(f"{100.0 * drop:.2f}" for drop in n["drop_m"])],
         "deviation (cm)": ["", *(f"{100.0 * deviation:.2f}" for deviation in n["deviation_m"])],
-        "median density believed then (kg/m³)": [f"{median:.0f}" for median in n["density_median"]],
+        "median believed density afterwards (kg/m³)": [f"{median:.0f}" for median in n["density_median"]],
         "interquartile range (kg/m³)": [f"{width:.0f}" for width in n["density_p75"] - n["density_p25"]],
     }
     return pd.DataFrame(columns, pd.Index(["before", *(rod.name for rod in rods)], name="object"))

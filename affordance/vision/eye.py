@@ -1,8 +1,8 @@
-"""Eye of an observer: measures the features of an object that it looks at.
+"""Eye of an observer: measures the visual features of an object.
 
 The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the
-features are either the true ones with errors of given standard deviation, zero by default, or they are measured only
-from colour and depth pictures of the object on its stand.
+features are either the true ones plus errors of given standard deviation (zero by default), or they are measured in
+colour and depth pictures of the object on its stand.
 """
 
 import importlib
@@ -15,17 +15,17 @@ import scipy
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError
 
-# Errors of drawings: masses agree within 0.3 %, centres of mass within 0.15 mm, on all twenty tools (docs/tools.md
-# says which of these comparisons were blind).
+# Standard deviations of a drawing's errors, in volume (relative) and position, [m]. On all twenty tools masses agree
+# within 0.3 % and centres of mass within 0.15 mm (docs/tools.md says which of these comparisons were blind).
 CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
-# Function of an object and a random generator for errors that returns the features of its components.
+# Function that returns the features of an object's components, given the object and a random generator for errors.
 type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 
 
 def observe(
     tool: Tool, source: FeatureSource, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures an object's features, from its true features or from pictures; pictures can raise a SeeingError."""
+    """Measures an object's features, with errors or in pictures; raises a SeeingError if a picture shows none."""
     if source is FeatureSource.FEATURES:
         return measure_features(tool, error, rng)
     # The camera and its pipeline are imported only if they are needed.
@@ -35,7 +35,7 @@ def observe(
 
 
 def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Returns the true features of a tool plus normally distributed errors.
+    """Returns a tool's true features plus normally distributed errors.
 
     Sizes are multiplied by the exponential of their error, so they stay positive.
     """
@@ -53,7 +53,7 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
 
 
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Returns the features of a tool's drawing, with drawings' errors in volume and position of each part."""
+    """Returns the features in a tool's drawing, with its errors in volume and position of each part."""
     features = []
     for part in measure_features(tool, VisionError(), np.random.default_rng(0)):
         deformations = np.zeros((4, 4, 4))

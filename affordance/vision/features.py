@@ -21,9 +21,9 @@ class VisionError(CheckedFields):
     """Standard deviations of the errors of measured features.
 
     Attributes:
-        size: Standard deviation of each axis length, as a fraction of that length.
+        size: Standard deviation of each axis length, relative to that length.
         position: Standard deviation of each coordinate of a component's centre, [m].
-        rotation: Standard deviation of the rotation about each axis, [rad].
+        rotation: Standard deviation of a component's rotation about each axis, [rad].
     """
 
     size: Annotated[float, Within(0.0, 1.0), Setting("1", _NONE)] = 0.0
@@ -34,8 +34,8 @@ class VisionError(CheckedFields):
 class FeatureSource(enum.Enum):
     """Source of an object's features."""
 
-    FEATURES = "features"  # true features with measurement errors (paper, IV-A)
-    PIXELS = "pixels"  # colour and depth pictures only
+    FEATURES = "features"  # true features plus measurement errors (paper, IV-A)
+    PIXELS = "pixels"  # features measured in colour and depth pictures
 
 
 @dataclass(frozen=True)
@@ -43,17 +43,17 @@ class ComponentFeatures:
     """Features of one component, with standard deviations (SD) of their errors."""
 
     colour: Colour  # red, green and blue in [0, 1]
-    shape: Shape  # solid with the measured sizes (axis lengths), in its own frame E
-    X_TE: Array  # measured pose of the component, (4, 4)
-    size_sd: float = 0.0  # SD of each size, as a fraction of it
-    position_sd: float = 0.0  # SD of each coordinate, [m]
-    rotation_sd: float = 0.0  # SD about each axis, [rad]
+    shape: Shape  # solid with the measured sizes (axis lengths), in the component's frame E
+    X_TE: Array  # measured pose of the component in the tool frame T, (4, 4)
+    size_sd: float = 0.0  # SD of each size, relative to the size
+    position_sd: float = 0.0  # SD of each coordinate of the centre, [m]
+    rotation_sd: float = 0.0  # SD of the rotation about each axis, [rad]
     colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is known exactly
-    lightness_sd: float = 0.0  # SD of a further error of lightness, due to illumination, in units of L*
-    # Further correlated errors that a picture leaves undetermined, (G, 4, 4): each is an affine map, minus the
-    # identity, that displaces the part's points in T by one SD.
+    lightness_sd: float = 0.0  # SD of an additional error of lightness from illumination, in units of L*
+    # Further, correlated errors of a picture, (G, 4, 4): each is an affine map minus the identity, which displaces
+    # the part's points in frame T by one SD.
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
-    strikes: tuple[StrikingFace, ...] = ()  # striking faces, known without measurement
+    strikes: tuple[StrikingFace, ...] = ()  # striking faces, known without error
 
     @property
     def appearance(self) -> PartAppearance:

@@ -1,8 +1,8 @@
-"""Visual systems of the paper's figure 2: features of an object, memory of materials, and prior.
+"""Drake systems for vision (paper, figure 2): features of an object, memory of materials, and visual prior.
 
-The visual prior p(lambda | v) is the belief about an object's inertia, given its visual features, before it is held.
-A component's colour selects its material, and with it the belief about its density. Sizes and pose determine Phi, and
-its uncertainty to first order. Frames: T the tool, E a component.
+The visual prior p(lambda | v) is the belief about an object's inertia given its visual features, before it is held.
+A component's colour selects its material, and so the belief about its density. Sizes and poses determine Phi, which
+maps densities to inertial parameters, and its uncertainty to first order. Frames: T the tool, E a component.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ _STEP = 1e-5
 
 
 class FeatureSensor(SampledSystem):
-    """Source of the measured features of the presented object, which are a parameter of the Context.
+    """Outputs the measured features of the presented object, which are a parameter of the Context.
 
     Output ports:
         features: Features of each component, tuple of ComponentFeatures.
@@ -40,7 +40,7 @@ class FeatureSensor(SampledSystem):
 
 
 class VisualPrior(SampledSystem):
-    """Prediction of an object's inertial parameters from its features and the memory of materials.
+    """Predicts an object's inertial parameters from its features and the memory of materials.
 
     Input ports:
         features: Features of each component, tuple of ComponentFeatures.
@@ -63,29 +63,36 @@ class VisualPrior(SampledSystem):
 
 
 class MaterialMemorySystem(SampledSystem):
-    """Memory of the belief about materials, updated when a presentation ends (the teaching signal).
+    """Remembers the belief about materials, and updates it when a presentation ends (the teaching signal).
 
-    The state changes at the end of each presentation: the posterior becomes the belief, unless the presentation was
-    too improbable an outlier to learn from. The colours that are remembered beyond a presentation are a parameter of
-    the Context.
+    At the end of each presentation the posterior becomes the belief, unless the measurements were too improbable to
+    learn from. The colours that are remembered after a presentation are a parameter of the Context.
 
     Input ports:
         posterior: Belief given the measurements, ObjectBelief.
-        p_value: Probability of measurements at least as improbable as these, (1,).
+        p_value: Probability of measurements at least as extreme as these, (1,).
 
     Output ports:
         materials: Memory of materials, MaterialMemory.
     """
 
     def __init__(self, memory: MaterialMemory, *, duration: float, least_p_value: float) -> None:
-        """Declares ports, and the update after a duration, [s], for p-values of at least ``least_p_value``."""
+        """Declares ports and the update at the end of a presentation.
+
+        Args:
+            memory: Initial memory.
+            duration: Duration of a presentation, [s].
+            least_p_value: Smallest p-value at which the memory learns.
+        """
         super().__init__()
         self._least_p_value = least_p_value
         self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
         self._p_value: Source[Array] = self.declare_vector_input("p_value", 1)
         index = self.DeclareAbstractState(AbstractValue.Make(memory))
         self._memory = int(index)
-        self.remembered: ObjectParameter[tuple[Colour, ...]] = self.declare_object_parameter(())  # all if empty
+        self.remembered: ObjectParameter[tuple[Colour, ...]] = self.declare_object_parameter(
+            ()
+        )  # empty for all colours
         self.DeclareStateOutputPort("materials", index)
         self.DeclarePeriodicUnrestrictedUpdateEvent(duration, duration, self._learn)
 
@@ -111,7 +118,7 @@ class MaterialMemorySystem(SampledSystem):
 def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
     """Predicts an object's inertia from its visual features, a memory, and a prior for unknown materials.
 
-    The returned belief's memory includes every colour of the object.
+    The memory in the returned belief contains every colour of the object.
     """
     recollection = memory.recall([part.appearance for part in features], prior)
     return ObjectBelief(
@@ -125,11 +132,11 @@ def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory
 def measure_geometry(
     features: Sequence[ComponentFeatures], material_indices: Sequence[int], num_materials: int
 ) -> Geometry:
-    """Computes Phi, (10, num_materials), and its errors; material_indices gives the column of each component."""
+    """Computes Phi, (10, num_materials), and its errors; ``material_indices`` has the column of each component."""
     Phi = build_inertia_map(
         [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
     )
-    changes: list[tuple[int, Array]] = []  # by one standard deviation, each of the column of a material
+    changes: list[tuple[int, Array]] = []  # change of one column of Phi by one standard deviation of one error
     for part, index in zip(features, material_indices, strict=True):
         sds = [part.size_sd] * len(part.shape.sizes) + [part.position_sd] * 3 + [part.rotation_sd] * 3
         for measurement, sd in enumerate(sds):
@@ -139,8 +146,8 @@ def measure_geometry(
                 changes.append((index, sd * (plus - minus) / (2.0 * _STEP)))
         J = part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T
         for deformation in part.deformations:
-            # First-order change of det(D) D J D^T at D = I + deformation: a larger solid of given density has more
-            # mass.
+            # First-order change of det(D) D J D^T at D = I + deformation; det(D) accounts for the changed mass of a
+            # solid of given density.
             change = deformation @ J + J @ deformation.T + np.trace(deformation) * J
             changes.append((index, parameters_from_pseudo_inertia(change)))
     errors = np.zeros((len(changes), NUM_PARAMETERS, num_materials))
@@ -150,7 +157,7 @@ def measure_geometry(
 
 
 def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:
-    """Returns the features with one measurement displaced by a step; sizes by that fraction."""
+    """Returns the features with one measurement changed by a step: relative for sizes, absolute otherwise."""
     sizes = part.shape.sizes
     X_TE = np.array(part.X_TE)
     if measurement < len(sizes):

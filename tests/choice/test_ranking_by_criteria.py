@@ -97,7 +97,9 @@ def test_bounds_of_the_grip_take_part_in_feasibility():
     assert nearest.p_feasible >= other.p_feasible
     said = explain_failure(ranking, Keep(1.0), NOVICE, SETTINGS, bounds, rng)
     assert said.startswith(f"no tool can do the task; nearest is {nearest.option.name}: ")
-    assert re.search(r"the grip must hold .* N m, --max-grip-moment allows .* N m; the task would be feasible with 0\.", said)
+    assert re.search(
+        r"the grip must hold .* N m, --max-grip-moment allows .* N m; the task would be feasible with 0\.", said
+    )
 
 
 def test_options_that_are_not_usable_are_ordered_by_nearness_and_then_by_cost():

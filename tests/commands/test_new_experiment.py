@@ -49,14 +49,14 @@ def test_new_experiment_runs_in_processes_and_is_predicted(mine, tmp_path):
     assert len(lifts) == 3 * 2 * (2 * 3 + 3 * 4)
     files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.npz")}
     said = answer("predict", "mine.py", "--repeats", 2, "--jobs", 1).out
-    assert "first_N: first lift of the odd one, N" in said
+    assert "first_N: force in the first lift of the odd object, N" in said
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.npz")} == files  # nothing was run again
     run("--repeats", 3)
     assert len(list(tmp_path.rglob("*.npz"))) == 9
 
 
 def test_one_observer_goes_first(mine, tmp_path):
-    change_file(mine, 'finding=f"The odd one', "finding=f\"{numbers['nothing']}The odd one")
+    change_file(mine, 'finding=f"The odd object', "finding=f\"{numbers['nothing']}The odd object")
     said = refuse_command_after("run", "mine.py", "--repeats", 5, "--jobs", 1)
     assert said.endswith("in run: KeyError: 'nothing'")
     assert f"mine.py: line {find_line(mine, 'nothing')}, in run" in said

@@ -39,7 +39,7 @@ PROTOCOLS_ARE_GONE = (
         ("run --set faults.stuck_joint=knee", "stuck_joint: is 'knee', must be one of shoulder_azimuth"),
         ("run linear_plus --set noise.model=white", "noise: is WhiteNoise, must be WeberNoise for lifts"),
         ("run --vision ears", "--vision: is 'ears', must be one of features, pixels"),
-        ("run linear_plus --vision pixels", "--vision: is 'pixels', must be 'features' of linear_plus"),
+        ("run linear_plus --vision pixels", "--vision: is 'pixels', must be 'features' for linear_plus"),
         ("run weight --fault gremlins", "--fault: is 'gremlins', must be one of nan_samples, "),
         ("run linear_plus --fault bias", "--fault: is given, must be omitted for linear_plus"),
         ("run --models nowhere", "--robot: is 'nowhere', which is neither a folder nor a robot's file"),

@@ -73,7 +73,8 @@ def test_experience_gained_for_reaching_serves_hammering(get_shipped):
 def test_words_follow_the_numbers(shipped):
     light = shipped.numbers["p_light_end_held"]
     assert (
-        f"Of 100 choices by densities from the prior {100.0 * light:.1f} grip the less dense end." in shipped.remarks
+        f"At densities drawn from the prior, {100.0 * light:.1f} % of choices grip the less dense end."
+        in shipped.remarks
     )
     assert "They also chose a grip for: hammer." in shipped.summary
 

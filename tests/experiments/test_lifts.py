@@ -261,7 +261,7 @@ def test_numbers_are_means_over_observers_with_students_intervals(lifts):
     [
         (
             {"feature_source": FeatureSource.PIXELS},
-            "--vision: is 'pixels', must be 'features' of mine, in closed form",
+            "--vision: is 'pixels', must be 'features' for mine, whose lifts are in closed form",
         ),
         ({"faults": Faults(bias_sd=1.0)}, "--fault: is given, must be omitted for mine, whose lifts in closed form"),
         (

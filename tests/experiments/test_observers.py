@@ -430,4 +430,4 @@ def test_excursion_is_the_farthest_height_with_its_sign():
 
 def test_memory_is_of_one_observer(tmp_path):
     said = refuse(remember_in, Setup(observers=2), tmp_path / "memory.sqlite")
-    assert said == "--repeats: is 2, must be 1 with a memory, which is of one observer"
+    assert said == "--repeats: is 2, must be 1 with a memory, which belongs to one observer"

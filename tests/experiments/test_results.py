@@ -136,7 +136,7 @@ def test_section_holds_texts_claims_tables_and_figures(tmp_path):
     assert (section.summary, section.finding, section.caution) == ("Numbers were drawn.", "They are small.", "")
     assert section.figures == [
         {"file": "line.png", "caption": "A line."},
-        {"file": "diagram.svg", "caption": "The Diagram that was run, drawn from its own connections."},
+        {"file": "diagram.svg", "caption": "Drake Diagram of the simulation, drawn from its connections."},
     ]
     assert section.tables == [
         {"caption": "All.", "header": ["object", "drop (cm)"], "rows": [["rod", "1.0"], ["<b>", "2.0"]]}

@@ -151,7 +151,10 @@ MISTAKES = [
     ),
     ("object,mass\nsmall\n", "row 2: has 1 cells, must have 2, one for each column"),
     ("object,mass\nsmall,0.2,0.3\n", "row 2: has 3 cells, must have 2, one for each column"),
-    ("participant,mass\nP1,0.2\n", "object: is missing among participant, mass; --columns object=NAME says what"),
+    (
+        "participant,mass\nP1,0.2\n",
+        "object: is missing among participant, mass; --columns object=NAME names the column",
+    ),
     (
         "objekt,mass\nsmall,0.2\n",
         "row 1: is 'objekt'; did you mean 'object'? Then name it so, or say --columns object=",
@@ -164,7 +167,7 @@ MISTAKES = [
         "stim,mass\nsmall,1\n",
         "row 1: is 'stim'; did you mean 'object'? Then name it so, or say --columns object=stim",
     ),
-    ("object,mass,mass\nsmall,1,1\n", "row 1, column 3: is 'mass', which is there twice"),
+    ("object,mass,mass\nsmall,1,1\n", "row 1, column 3: is 'mass', which occurs twice"),
     ("object,,mass\nsmall,1,1\n", "row 1, column 2: has no name"),
     ("object\n", "has no trials, must have a row of names and a row for each trial"),
     ("", "has no trials"),

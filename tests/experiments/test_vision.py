@@ -59,7 +59,7 @@ def test_question_of_figure_1_is_answered_with_probabilities(shipped):
     assert max(e["p_best"] for e in numbers["mashing_novice"]) < max(e["p_best"] for e in numbers["mashing_expert"])
     (ranking,) = read_section(shipped.folder).tables
     assert len(ranking["rows"]) == 8
-    assert {row[0] for row in ranking["rows"]} == {"who never felt the materials", "who knows the materials"}
+    assert {row[0] for row in ranking["rows"]} == {"novice (materials never felt)", "expert (materials known)"}
 
 
 def test_failures_are_counted_by_kind_with_an_example(shipped):

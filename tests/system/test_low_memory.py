@@ -68,7 +68,10 @@ def test_command_in_a_small_address_space_ends_in_one_line(ask, words):
     ("task", "said"),
     [
         ("lambda: np.ones(10**10)", "affordance: memory ran out (Unable to allocate 74.5 GiB"),
-        ("lambda: os.kill(os.getpid(), signal.SIGKILL)", "affordance: a process ended unexpectedly, perhaps for lack of memory"),
+        (
+            "lambda: os.kill(os.getpid(), signal.SIGKILL)",
+            "affordance: a process ended unexpectedly, perhaps for lack of memory",
+        ),
     ],
 )
 def test_process_of_a_command_that_lacks_memory_ends_it_in_one_line(ask, task, said):
