@@ -1,4 +1,4 @@
-"""Live scene of ``affordance watch``: the arm in Drake's Meshcat, with what was expected and what is felt next to it."""
+"""Live scene of ``affordance watch``: the arm in Meshcat, with what was expected and what is felt next to it."""
 
 import time
 from collections.abc import Iterable, Mapping
