@@ -42,9 +42,10 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def choose_robots(folder: Path, only: Sequence[str] = ()) -> list[Robot]:
-    """Lists the robots to study; all if none is named.
+    """Returns the robots to study; all if none is named.
 
-    A folder that has the file of none of them raises a BadValueError.
+    Raises:
+        BadValueError: The folder has none of their files.
     """
     chosen = [robot for robot in ROBOTS if not only or robot.name in only]
     if not any((find_folder(folder) / robot.file).is_file() for robot in chosen):
@@ -55,7 +56,7 @@ def choose_robots(folder: Path, only: Sequence[str] = ()) -> list[Robot]:
 
 
 def _work(chosen: Sequence[Robot], robots: Path, config: RunConfig, jobs: int, out: Path) -> Iterator[Findings]:
-    """Studies robot by robot; results of a robot are kept, and those of all so far written after each."""
+    """Studies robot after robot; stores each result, and writes all results so far after each robot."""
     found: dict[str, Any] = {}
     for robot in chosen:
         _LOG.info("%s", robot.name)

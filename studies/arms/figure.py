@@ -1,4 +1,4 @@
-"""Figure of the study of arms: how far each arm sags and why, and by how much the costs of the grips differ."""
+"""Figure of the study of arms: how far each arm sags and why, and how much the grips' costs differ."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +16,7 @@ _MASS = "effective mass of the arm, up and down at the hand,"
 
 
 def draw_study(found: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> Figure:
-    """Draws the figure of the study: results by robot, those left out that were not imported, and of our own arm."""
+    """Plots the results of all imported robots and of our own arm."""
     known = {name: one for name, one in found.items() if "sag" in one}
     figure = Figure(figsize=(13.0, 5.0))
     left, middle, right = figure.subplots(1, 3)
@@ -28,7 +28,7 @@ def draw_study(found: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) 
 
 
 def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
-    """Draws the simulated fall of the first object over that predicted by the formula, with and without rotors."""
+    """Plots the simulated fall of the first object against the predicted fall, with and without rotors."""
     for name, one in {**known, "ours": ours}.items():
         sag = one["sag"]
         marker = "s" if sag["limited"] > FREE else "o"
@@ -46,7 +46,7 @@ def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: 
 
 
 def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
-    """Draws the fall of the first object over the ratio of the arm's effective mass to the object's."""
+    """Plots the fall of the first object against the ratio of the arm's effective mass to the object's."""
     for name, one in {**known, "ours": ours}.items():
         _mark(axes, name, get_mass_ratio(one["sag"]), 100.0 * one["sag"]["simulated"])
     for one in known.values():
@@ -73,7 +73,7 @@ def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappin
 
 
 def _mark(axes: Axes, name: str, x: float, y: float, marker: str = "o", colour: str = "") -> None:
-    """Draws the named point of an arm, ours in a colour of its own unless one is given."""
+    """Plots the named point of an arm, our arm in a separate colour unless one is given."""
     colour = colour or OBJECT_COLOURS[2 if name == "ours" else 0]
     axes.plot(x, y, marker, color=colour, markersize=6.0)
     if name:

@@ -1,14 +1,14 @@
 """Sag of an arm that is given an object heavier than it believes, and its prediction by a formula.
 
-The arm sags until the acceleration of its plan, times the believed inertia, balances the torque that it did not
-foresee. A plan of minimum acceleration in N steps from rest at a distance e from its goal begins with
-6 N / (N + 1) e / T^2, so that
+The arm sags until the acceleration of its plan, times the believed inertia, balances the unforeseen torque. A plan of
+minimum acceleration in N steps from rest, at a distance e from its goal, starts with an acceleration of
+6 N / (N + 1) e / T^2, so
 
     e = (1 + 1 / N) T^2 / 6 M^-1 Y (pi - pi_believed)
 
-with M the mass matrix under the believed load, for a torque that is held (plant/arm_model.py). The heavier arm and
-rotors are at the hand, the less it sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the mass not foreseen,
-over the sum of the arm's own effective mass and the believed mass.
+where M is the mass matrix under the believed load, for a torque that is held (plant/arm_model.py). The heavier arm
+and rotors are at the hand, the less the arm sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the unforeseen
+mass, divided by the sum of the arm's own effective mass and the believed mass.
 """
 
 import dataclasses
@@ -30,8 +30,8 @@ from affordance.simulation.trial import TrialRunner
 
 # Duration of a hold, long enough for the sag to be over, [s].
 _HOLD = 1.5
-# Number of timed holds; the fastest counts, as other processes only slow a hold down, and the first one also builds
-# the Diagram.
+# Number of timed holds. The fastest counts, because other processes only slow a hold down, and the first hold also
+# builds the Diagram.
 _TIMES = 3
 
 
@@ -60,7 +60,7 @@ def measure_sag(
     folder = task_models or models
     tool = load_tools(folder / "tools" / "weight.yaml", load_materials(folder / "materials.yaml"))[tool_index]
     arm = load_arm(settings.arm)
-    # An arm without experience believes every material to have the density that the prior finds most probable.
+    # Without experience, the arm believes that every material has the most probable density under the prior.
     believed = tool.with_densities({part.looks_like.colour: settings.prior.mode for part in tool.components})
     home = np.concatenate([arm.home, np.zeros(arm.num_joints)])
     plain, held = ArmModel(arm), HeldTorqueModel(arm, settings.control_period)

@@ -33,7 +33,7 @@ class ParityError(NamedTuple):
 def compute_parity(path: Path, options: ImportOptions, seed: int = 0) -> ParityError:
     """Compares an arm whose other joints are frozen at random with Pinocchio's reduced model of the same file.
 
-    Damping is left out on our side, as Pinocchio's inverse dynamics leaves it out.
+    Damping is omitted on our side, because Pinocchio's inverse dynamics omits it.
 
     Raises:
         ImportError: Pinocchio is not installed.

@@ -1,4 +1,4 @@
-"""Study of one arm: it is imported, measured, and run through all experiments; results are kept."""
+"""Study of one arm, which is imported, measured, and run through all experiments; results are stored."""
 
 import dataclasses
 import json
@@ -25,11 +25,11 @@ from studies.study import keep_result
 
 OK = "ok"
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
-# Rotor inertias given to every joint in addition to none, [kg m^2], for robots whose maker's file has none.
+# Rotor inertias tried at every joint besides none, [kg m^2], for robots whose file has none.
 ROTORS = (0.03, 0.1, 0.3)
 # Index of the heaviest object of Simulation I, with which limits are most at risk.
 _HEAVIEST = 3
-# Outcomes of experiments that the paper's claims are about.
+# Results of experiments that the paper's claims use.
 _OUTCOMES = {
     "weight": ("drop_m", "decoy_lift_m", "decoy_rises", "periods_limited"),
     "com": ("mass_error", "com_error_m", "height_extreme_m"),
@@ -51,7 +51,8 @@ class RunConfig:
 def study_robot(robot: Robot, robots: Path, config: RunConfig, out: Path, jobs: int) -> dict[str, Any]:
     """Studies one robot, from its file in the folder of robots.
 
-    Returns: Numbers that other programs rely on, under ``metrics``; and further numbers that explain them.
+    Returns:
+        Numbers for other programs under ``metrics``, and further numbers that explain them.
     """
     path = robots / robot.file
     try:
@@ -103,9 +104,10 @@ _ALL = Path(__file__).parents[1]
 
 
 def run_program(name: str, models: Path, out: Path, config: RunConfig, jobs: int = 1) -> dict[str, Any] | str:
-    """Runs an experiment into a folder; observers that were simulated before are not simulated again.
+    """Runs an experiment into a folder; observers simulated before are not simulated again.
 
-    Returns: Metrics, with the claims under ``claims``; or the reason why the experiment cannot be run, in one line.
+    Returns:
+        Metrics, with the claims under ``claims``; or the reason, in one line, why the experiment cannot be run.
     """
     try:
         settings = change_settings(Settings(arm=models / ARM.name), dict(config.changes))
@@ -121,9 +123,10 @@ def run_program(name: str, models: Path, out: Path, config: RunConfig, jobs: int
 def _run_and_measure(
     models: Path, config: RunConfig, out: Path, jobs: int
 ) -> tuple[dict[str, dict[str, Any] | str], dict[str, Any]]:
-    """Runs every experiment that can be run, and measures the sag with the first and the heaviest object.
+    """Runs every possible experiment, and measures the sag with the first and the heaviest object.
 
-    Returns: Metrics of each experiment, or the reason why it cannot be run; and what is kept of all.
+    Returns:
+        Metrics of each experiment, or the reason why it cannot be run; and the numbers to store.
     """
     changes = dict(config.changes)
     ran = {name: run_program(name, models, out, config, jobs) for name in EXPERIMENTS}

@@ -1,7 +1,7 @@
 """Simulations I and II under a setting, in the Diagram of all simulations, with the numbers of the experiments.
 
-Where a hold goes depends on the object and on the densities that control believes, and on nothing that is drawn: of
-many observers some are simulated, and the motions of the others are interpolated (``interpolation.py``).
+The motion of a hold depends on the object and on the densities that control believes, but on no random draw. Some of
+many observers are therefore simulated, and the motions of the others are interpolated (``interpolation.py``).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,9 +25,9 @@ from studies.robustness.build import HOLD_DURATION, World
 from studies.robustness.choosing import Experience
 from studies.robustness.interpolation import Motions, interpolate_motions
 
-# Holds are not stiff: by the explicit scheme they take half as long and go the same way to 0.4 um.
+# Holds are not stiff: the explicit scheme takes half the time, and its motions agree to 0.4 um.
 _HOLD_SCHEME = "runge_kutta3"
-# What neither beliefs nor the height of an object's centre give; no claim is about it.
+# Numbers that follow neither from beliefs nor from the height of an object's centre; no claim uses them.
 _NOT_SIMULATED = ("p_value", "log_evidence", "periods_limited", "periods_failed", "samples_rejected")
 _LEFT_OUT = frozenset(
     {
@@ -36,22 +36,22 @@ _LEFT_OUT = frozenset(
         *("trials_outlier_test", "p_value_test"),
     }
 )
-# How often numbers are judged again with motions moved by their error.
+# How often claims are judged again with motions shifted by their error.
 _NUM_MOVED = 8
 
-# Judges the claims about numbers: which claims hold, by name.
+# Function that judges the claims about numbers: which claims hold, by name.
 type Judge = Callable[[Mapping[str, Any]], Mapping[str, float]]
-# Computes the numbers of an experiment from the heights of each object's centre, (R, N), [m].
+# Function that computes the numbers of an experiment from the heights of each object's centre, (R, N), [m].
 type Summarise = Callable[[Sequence[Array]], dict[str, Any]]
 
 
 class HeldTool(NamedTuple):
-    """An object that R observers hold."""
+    """Object that R observers hold."""
 
     tool: Tool  # the object
     colours: tuple[Colour, ...]  # colours of the object, M of them
     believed: Array  # densities that control uses, (R, M), [kg/m^3]
-    motions: Motions  # motions of all
+    motions: Motions  # motions of all observers
 
 
 class Held(NamedTuple):
@@ -62,9 +62,9 @@ class Held(NamedTuple):
 
 
 def measure_rods(world: World, observers: Experience, judge: Judge) -> Held:
-    """The numbers of Simulation I that claims are about.
+    """Computes the numbers of Simulation I that claims are about.
 
-    Each observer has memories before the first and after each rod, the decoy the last.
+    Each observer has one memory before the first rod and one after each rod; the decoy is last.
     """
     beliefs = [[memory.belief for memory in memories] for memories in observers]
     quantiles = [[belief.compute_percentiles(weight.QUARTILES)[:, 0] for belief in each] for each in beliefs]
@@ -85,7 +85,7 @@ def measure_rods(world: World, observers: Experience, judge: Judge) -> Held:
 
 
 def measure_centre_of_mass(world: World, experience: Experience, judge: Judge) -> Held:
-    """The numbers of Simulation II that claims are about, of observers with experience."""
+    """Computes the numbers of Simulation II that claims are about, for observers with experience."""
     learned, tools = [memories[-1] for memories in experience], world.learning
     seen = [_see(world, tool, learned) for tool in tools]
     medians = np.array([memory.belief.compute_percentiles([0.5])[0] for memory in learned])
@@ -105,7 +105,7 @@ def measure_centre_of_mass(world: World, experience: Experience, judge: Judge) -
 
 
 def compare_with_simulated(world: World, held: Held) -> float:
-    """Largest difference of all motions, at any time, to those simulated of every observer, [m]."""
+    """Computes the largest difference of these motions, at any time, from simulated ones of all observers, [m]."""
     differences = [0.0]
     for each in held.tools:
         believed, places = np.unique(each.believed, axis=0, return_index=True)
@@ -116,11 +116,11 @@ def compare_with_simulated(world: World, held: Held) -> float:
 
 
 class _Seen(NamedTuple):
-    """Features of an object that R observers see before they hold it."""
+    """Features of an object as R observers see them before they hold it."""
 
     colours: tuple[Colour, ...]  # colours of the object, M of them
     believed: Array  # densities that control uses, (R, M), [kg/m^3]
-    predicted: Array  # inertial parameters that follow, (R, 10)
+    predicted: Array  # inertial parameters that these densities give, (R, 10)
 
 
 def _see(world: World, tool: Tool, memories: Sequence[MaterialMemory]) -> _Seen:
@@ -132,7 +132,7 @@ def _see(world: World, tool: Tool, memories: Sequence[MaterialMemory]) -> _Seen:
 
 
 def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> xr.Dataset:
-    """Adds heights of each object, (R, N), and undefined values for what is not simulated."""
+    """Adds heights of each object, (R, N), and undefined values for variables that are not simulated."""
     data = known.assign(
         {name: (("observer", "trial", "time"), np.stack(each, axis=1)) for name, each in heights.items()}
     )
@@ -141,7 +141,7 @@ def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> x
 
 
 def _hold_all(world: World, tools: Sequence[Tool], seen: Sequence[_Seen], summarise: Summarise, judge: Judge) -> Held:
-    """Holds all objects of an experiment, each by all observers."""
+    """Lets all observers hold all objects of an experiment."""
 
     def compute(heights: Sequence[Array]) -> dict[str, Any]:
         return {name: value for name, value in summarise(heights).items() if name not in _LEFT_OUT}
@@ -177,14 +177,14 @@ def _find_motions(
 
 
 def _hold(world: World, tool: Tool, colours: tuple[Colour, ...], densities: Array) -> Array:
-    """Height of an object's centre, (N,), [m], held by one who believes densities, (M,)."""
+    """Computes the height of an object's centre, (N,), [m], when held by an observer who believes densities, (M,)."""
     memory = MaterialMemory.from_densities(dict(zip(colours, densities.tolist(), strict=True)))
     runner = get_runner(replace(world.settings, integrator=replace(world.settings.integrator, scheme=_HOLD_SCHEME)))
     return runner.run_hold(tool, memory, duration=HOLD_DURATION, seed=(0,)).height_centre
 
 
 def _move(heights: Sequence[Array], errors: Sequence[float]) -> list[list[Array]]:
-    """Motions moved by their errors, up or down, or out or in, object by object."""
+    """Returns motions shifted by their errors, up or down, or outward or inward, object by object."""
     rng = np.random.default_rng(0)
     return [
         [

@@ -1,14 +1,15 @@
-"""Motions of many observers from those of a few: interpolated over what they believe, to a measured error.
+"""Interpolates the motions of many observers from those of a few, over their beliefs, to a measured error.
 
-How an object moves that is held depends on the believed densities alone, and continuously so, through the true
-densities too: what has a kink there is the lowest and the highest point of a motion, which are read from it
-afterwards. So motions are interpolated as a whole. Over one density, by a cubic spline: every gap between two nodes
-is halved until the motion in its middle is met to a tolerance, so that nodes gather where the arm meets a limit.
-Over several, by polynomials through observers of whom they are simulated (discrete Leja points: Bos, De Marchi,
-Sommariva and Vianello 2010, SIAM J. Numer. Anal. 48:1984-1999): before a motion becomes a node it is compared with
-what the nodes so far say of it, until no new one is missed. Limits of the arm are met by those first whose beliefs
-are extreme, or lie furthest from the nodes: these are simulated too and compared. Where the tolerance is not kept,
-all motions are simulated.
+The motion of a held object depends continuously on the believed densities, and on nothing else. Kinks arise only in
+the lowest and highest point of a motion, which are computed afterwards, so motions are interpolated as a whole.
+
+Over one density a cubic spline is used. Every gap between two nodes is halved until the motion in its middle is
+predicted to a tolerance, so nodes gather where the arm meets a limit. Over several densities polynomials are used.
+Their nodes are a sequence of simulated observers (discrete Leja points: Bos, De Marchi, Sommariva and Vianello 2010,
+SIAM J. Numer. Anal. 48:1984-1999). Before a motion becomes a node, it is compared with the prediction from the nodes
+so far; this ends when no new motion is missed. Limits of the arm are first met by observers whose beliefs are extreme
+or furthest from the nodes, so these are simulated and compared too. If the tolerance is not met, all motions are
+simulated.
 """
 
 import itertools
@@ -24,38 +25,38 @@ from scipy.linalg import lu_factor
 
 from affordance.arrays import Array
 
-# What a motion may be missed by before it becomes a node, [m]: a hundredth of the smallest drop that counts. What is
-# missed after it has become one is mostly less by a factor of ten.
+# Largest error of a motion before it becomes a node, [m]: a hundredth of the smallest drop that counts. The error
+# that remains once it is a node is mostly ten times smaller.
 TOLERANCE = 5e-5
-# Number of nodes of a spline before gaps are halved, and the least of different ones, from which all are simulated.
+# Number of nodes of a spline before gaps are halved, and number of distinct beliefs below which all are simulated.
 _NUM_FIRST, _LEAST_FIRST = 7, 4
-# Share of the tolerance to which the middle of a gap is met: near a kink a spline errs by up to twice as much.
+# Tolerance in the middle of a gap, as a share: near a kink a spline errs elsewhere by up to twice as much.
 _LINE_SHARE = 0.5
-# So many new motions in succession must be met by polynomials: one may be by accident, as of an odd function.
+# Number of new motions in succession that polynomials must predict; a single one may agree by accident.
 _NUM_MET = 2
-# Number of observers compared with polynomials of those with the most extreme beliefs, and of those whose beliefs are
-# furthest from all that are simulated.
+# Numbers of observers that are compared with the polynomials: those with the most extreme beliefs, and those whose
+# beliefs are furthest from all that are simulated.
 _NUM_EXTREME = 6
 _NUM_BETWEEN = 6
-# A share of the spread along the widest direction, below which a direction has none.
+# Share of the spread along the widest direction below which a direction counts as having none.
 _NO_SPREAD = 1e-9
-# With more nodes polynomials are given up: degree 9 of two densities.
+# Number of nodes above which polynomials are given up: degree 9 in two densities.
 _MAX_NODES = 60
 
 
 class Motions(NamedTuple):
     """Motions of R observers."""
 
-    heights: Array  # a height over time, (R, N), [m]
-    # Largest error of motions when they were compared last, [m]; zero if all were simulated. Those along a line are
-    # nodes thereafter.
+    heights: Array  # height over time, (R, N), [m]
+    # Largest error of motions at the last comparison, [m]; zero if all were simulated. Along a line, the compared
+    # motions become nodes afterwards.
     error: float
     num_simulated: int  # number of distinct motions that were simulated
     num_distinct: int  # number of distinct motions
 
 
 class _Simulated:
-    """Motions of candidates, each simulated once, when it is first asked for."""
+    """Motions of candidates, each simulated when it is first needed and then stored."""
 
     def __init__(self, simulate: Callable[[Array], Array], candidates: Array) -> None:
         self._simulate = simulate
@@ -63,23 +64,26 @@ class _Simulated:
         self.found: dict[int, Array] = {}
 
     def hold(self, index: int) -> Array:
-        """Motion of a candidate, (N,), [m]."""
+        """Returns the motion of a candidate, (N,), [m]."""
         if index not in self.found:
             self.found[index] = self._simulate(self._candidates[index])
         return self.found[index]
 
     def hold_all(self, indices: Iterable[int]) -> Array:
-        """Motions of candidates, (K, N), [m]."""
+        """Returns the motions of candidates, (K, N), [m]."""
         return np.array([self.hold(int(index)) for index in indices])
 
 
 def interpolate_motions(
     simulate: Callable[[Array], Array], believed: Array, true: Array | None = None, tolerance: float = TOLERANCE
 ) -> Motions:
-    """Finds the motions of all who believe some densities, (R, M), [kg/m^3], to a tolerance, [m].
+    """Computes the motions of observers who believe some densities, to a tolerance.
 
-    A motion is simulated of one who believes densities, (M,) to (N,), [m]. The true densities, (M,), are a node; they
-    are None where no belief makes the object rest.
+    Args:
+        simulate: Function from an observer's densities, (M,), to the motion, (N,), [m].
+        believed: Densities that each observer believes, (R, M), [kg/m^3].
+        true: True densities, (M,), which are a node; None if no belief keeps the object at rest.
+        tolerance: Largest error, [m].
     """
     distinct, owners = np.unique(believed, axis=0, return_inverse=True)
     candidates = distinct if true is None else np.vstack([true, distinct])
@@ -110,7 +114,7 @@ def _interpolate_line(
     Returns: Motions of all candidates, (P, N), [m], and the largest error of those in the middle of gaps; None if all
         have to be simulated.
     """
-    order = np.unique(scaled.round(9), return_index=True)[1]  # the true ones first, where two are the same
+    order = np.unique(scaled.round(9), return_index=True)[1]  # of equal positions, the true one is kept
     angles = np.arccos(-np.clip(scaled[order], -1.0, 1.0))
     evenly = np.linspace(0.0, np.pi, _NUM_FIRST)
     first = np.abs(angles[:, np.newaxis] - evenly).argmin(axis=0)
@@ -149,8 +153,8 @@ def _interpolate_plane(
     """
     basis, sizes = _build_basis(scaled)
     order = _order_nodes(basis)
-    said: Array | None = None  # of all candidates, by the nodes so far
-    met: list[float] = []  # errors of new motions since the last that was missed
+    said: Array | None = None  # motions of all candidates predicted from the nodes so far
+    met: list[float] = []  # errors of the new motions since the last one that was missed
     for before, size in zip([0, *sizes], sizes, strict=False):
         if size >= len(scaled):
             break
@@ -170,7 +174,7 @@ def _interpolate_plane(
 
 
 def _scale(points: Array) -> Array:
-    """Where points lie along the directions in which they are spread, (P, axes), from -1 to 1."""
+    """Returns positions of points along the directions in which they are spread, (P, axes), from -1 to 1."""
     centred = points - points.mean(axis=0)
     _, spreads, directions = np.linalg.svd(centred, full_matrices=False)
     along = centred @ directions[_is_spread(spreads, points)].T
@@ -184,7 +188,7 @@ def _is_spread(spreads: Array, points: Array) -> NDArray[np.bool_]:
 
 
 def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
-    """Builds Chebyshev polynomials of all points by rising total degree, (P, B), and their number up to each."""
+    """Builds Chebyshev polynomials at all points by increasing total degree, (P, B), and their number up to each."""
     num_axes = scaled.shape[1]
     each = chebyshev.chebvander(scaled, _MAX_NODES)  # (P, axes, _MAX_NODES + 1)
     columns: list[Array] = []
@@ -199,7 +203,7 @@ def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
 
 
 def _order_nodes(basis: Array) -> NDArray[np.intp]:
-    """Points in the order in which they become nodes, the first of them first: that of the pivots of elimination."""
+    """Returns the points in the order in which they become nodes: that of the pivots of elimination."""
     order = np.arange(len(basis))
     for row, pivot in enumerate(lu_factor(basis, check_finite=False)[1]):
         order[[row, pivot]] = order[[pivot, row]]
@@ -207,7 +211,7 @@ def _order_nodes(basis: Array) -> NDArray[np.intp]:
 
 
 def _find_extremes(points: Array) -> NDArray[np.intp]:
-    """Finds the points furthest from the mean, distances counted in standard deviations along each direction."""
+    """Returns the points furthest from the mean, in standard deviations along each direction."""
     centred = points - points.mean(axis=0)
     outer, spreads, _ = np.linalg.svd(centred, full_matrices=False)
     kept = _is_spread(spreads, points)
@@ -215,7 +219,7 @@ def _find_extremes(points: Array) -> NDArray[np.intp]:
 
 
 def _find_between(scaled: Array, simulated: Sequence[int]) -> list[int]:
-    """Finds the points, (P, axes), that are furthest from those simulated and from each other."""
+    """Returns the points, (P, axes), that are furthest from the simulated ones and from each other."""
     distances = np.linalg.norm(scaled[:, np.newaxis] - scaled[simulated], axis=2).min(axis=1)
     found: list[int] = []
     for _ in range(_NUM_BETWEEN):

@@ -1,6 +1,6 @@
-"""Learning from objects held at rest: thousands of observers, without simulating the holds.
+"""Learning from objects held at rest, for thousands of observers, without simulating the holds.
 
-Beliefs change as in a simulated trial but for the posture, which there sinks under an object that is misjudged.
+Beliefs change as in a simulated trial, except that the posture does not sink under a misjudged object.
 """
 
 from collections.abc import Sequence
@@ -19,16 +19,16 @@ from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
 from studies.robustness.build import World
 
-_FELT = 1  # in a seed, as of a simulated trial: errors of feeling
+_FELT = 1  # element of a seed for errors of feeling, as in a simulated trial
 
 
 def learn_at_rest(
     hold: StaticHold, world: World, tools: Sequence[Tool], orders: Sequence[Sequence[int]], seed: int
 ) -> list[list[MaterialMemory]]:
-    """The memories of observers before the first and after each object that they hold; evidence is not computed.
+    """Returns observers' memories before the first object that they hold and after each; computes no evidence.
 
-    Each observer holds objects in an order of its own; colours are remembered in the order of the objects' parts.
-    Errors of feeling are those of simulated trials with the same root.
+    Each observer holds the objects in its own order; colours are remembered in the order of the objects' parts.
+    Errors of feeling equal those of simulated trials with the same root.
     """
     prior = world.settings.prior
     features = [measure_features(tool, VisionError(), np.random.default_rng(0)) for tool in tools]
@@ -45,9 +45,10 @@ def learn_at_rest(
 
 
 def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count: int) -> list[list[MaterialMemory]]:
-    """Collects what observers learn of materials from the objects of Simulation II, each in an order of its own.
+    """Returns what observers learn about materials from the objects of Simulation II, each in its own order.
 
-    Returns: Memories of each observer before the first hold and after each, without the objects that were held.
+    Returns:
+        Memories of each observer before the first hold and after each, without the objects that were held.
     """
     tools = world.learning[:2]
     orders = [draw_order(Setup(seed=seed), len(tools), observer) for observer in range(count)]

@@ -1,8 +1,8 @@
 """Blows of least work, for comparison with those of least angular acceleration.
 
-The motion of least work depends on the tool's inertia, and a search takes seconds: it is made once, for one inertia,
-and the motion found is run slower or faster to strike at other speeds. The cost under a belief is therefore that of
-this motion, not of the best motion for each inertia.
+The motion of least work depends on the tool's inertia, and a search takes seconds. One search is made for one
+inertia, and the motion found is run slower or faster to strike at other speeds. The cost under a belief is therefore
+the cost of this motion, not of the best motion for each inertia.
 """
 
 from dataclasses import replace

@@ -27,8 +27,8 @@ from studies.robustness.inverse_dynamics import InverseDynamics
 
 _ORDER = 6  # degree five: torques are then as smooth as cubic splines
 _NODES_A_PIECE = 6  # exact for polynomials of degree nine
-# Work has a kink wherever a joint comes to rest or a torque changes sign: it is rounded off first by the greater
-# value, then by the smaller, which is a hundredth of the power of a blow, [W].
+# Work has a kink wherever a joint comes to rest or a torque changes sign. It is smoothed, first with the larger
+# value, then with the smaller one, a hundredth of the power of a blow, [W].
 _ROUNDING = (1.0, 0.1)
 # Scale of the control points for the search, [rad].
 _ANGLE_SCALE = 0.1
