@@ -26,7 +26,7 @@ from affordance.robots.kept import import_arm
 from affordance.robots.robot import Robot
 
 PAST = "the paper's arm had another arm in 1 of its trials, which still count for materials"
-_Scene = SimpleNamespace(page=SimpleNamespace(address="http://localhost:1"))
+_Scene = SimpleNamespace(page=SimpleNamespace(address="http://localhost:1"), ports=(1, 2))
 OAK = load_materials()["oak"].colour
 ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200", "--know", "nothing"]
 

@@ -224,7 +224,7 @@ def test_words_and_rows_are_about_the_tools_that_there_are(measured):
     assert rows.index.tolist() == ["stick", "hammer"]
     assert rows["correct before"].str.contains("by symmetry").tolist() == [True, False]
     assert rows["absolute work by grip"].iloc[1] == "9.00 J (wood) and 6.00 J (steel)"
-    assert rows["after one trial"].tolist() == ["75%", "100%"]
+    assert rows["after one trial"].tolist() == ["75.0%", "100.0%"]
 
 
 @pytest.mark.parametrize(

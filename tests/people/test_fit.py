@@ -174,7 +174,7 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--free", "kappa"], "--set: participant.push_error: is 0, must be above 0, as .2"),
+        (["--free", "kappa"], "--set: participant.push_error: is 0, must be above 0, such as .2"),
         (["--free", "kapa"], "--free: is 'kapa', must be one of push_error, gain, lapse, kappa"),
         (["--free", "push_error,push_error"], "--free: has push_error twice"),
         (["--draws", "2"], "--draws: is 2, must be from 4 to 10000; the nearest is 4"),

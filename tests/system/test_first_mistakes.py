@@ -62,7 +62,7 @@ MISTAKES = [
     (
         "import-arm robot.urdf --tip b --out x",
         "joint j: has no torque limit",
-        "must have one of more than 0 N m; --effort VALUE gives limits",
+        "must have one of more than 0 N m; --effort VALUE sets limits (N m)",
     ),
     ("import-arm robot.urdf --tip c --out x", "--tip: is 'c'", "it has a, b"),
     ("import-arm robot.urdf --tip b", "--out: is missing", "must be new or empty"),

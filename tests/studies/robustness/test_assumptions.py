@@ -56,7 +56,7 @@ def test_default_without_range_is_refused(tmp_path):
         with pytest.raises(ValueError, match="weber: needs a range of two numbers and a default, or choices"):
             load_assumptions(path)
     path.write_text("rule: {label: r, source: s, choices: [a, b], default: c}\n", encoding="utf-8")
-    assert "none of the choices" in refuse(load_assumptions, path, error=ValueError)
+    assert "is not among the choices" in refuse(load_assumptions, path, error=ValueError)
 
 
 def test_defaults_are_the_simulations_to_the_last_bit():
