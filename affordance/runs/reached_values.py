@@ -14,6 +14,7 @@ from types import CellType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numpy as np
+from pydrake.common.cpp_template import TemplateBase
 
 type Named = FunctionType | type
 
@@ -83,8 +84,8 @@ class _Reader:
         """Lists strings that together are the same for equal values."""
         if isinstance(value, FunctionType | type):
             yield self._note(value)
-        elif isinstance(value, Path | Enum):
-            yield value.name
+        elif isinstance(value, Path | Enum | TemplateBase):
+            yield value.name  # of a template of pydrake, which holds the types that were imported so far
         elif value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
             yield repr(value)
         elif isinstance(value, ModuleType):

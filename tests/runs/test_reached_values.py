@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.common.value import Value
 from pydrake.systems.framework import DiagramBuilder
 from scipy.stats import norm
 
@@ -107,6 +108,15 @@ def test_random_state_of_a_library_does_not_count():
     before = digest(norm)
     norm.rvs(size=3)
     assert digest(norm) == before
+
+
+def test_template_of_pydrake_is_the_same_whatever_types_it_holds():
+    class Own:
+        pass
+
+    before = digest(Value)
+    assert Value[Own]
+    assert digest(Value) == before
 
 
 def test_cell_that_is_still_empty_is_none():
