@@ -79,7 +79,7 @@ def show_value(value: Any) -> str:
     try:
         text = repr(value)
     except ValueError:  # Python does not format integers of more than 4300 digits
-        text = "a whole number of thousands of digits"
+        text = "an integer with thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 

@@ -115,7 +115,7 @@ class MaterialMemory:
 
         Args:
             densities: Density of each material, [kg/m^3]; keys are names of materials, materials or colours.
-            materials: Materials by name; None for those of the package.
+            materials: Materials by name; None uses the package's materials.
 
         Raises:
             BadArgumentError: A key is neither a material nor a colour, or a density is out of bounds.

@@ -62,7 +62,7 @@ class Costs(NamedTuple):
 
 
 class Load(NamedTuple):
-    """Costs of a motion for each of S inertias, and its largest relative torque; (S,) each, units as in Costs."""
+    """Costs of a motion and its largest relative torque for each of S inertias, (S,); units are those of `Costs`."""
 
     work: Array
     effort: Array

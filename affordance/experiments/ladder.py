@@ -80,7 +80,7 @@ def run(setup: Setup) -> Results:
     numbers = {"arms": {arm: summarise(data.sel(arm=arm)) for arm in ARMS}, **describe_arms(setup, tools)}
     learners = [str(each) for each in data.learner.values]
     return Results(
-        order=53,
+        order=55,
         title="Development as a ladder: three kinds of memory, and two arms",
         summary=(
             f"{count_observers(setup.observers)} of each learner held {len(tools['adult']) - 2} rods twice each, and"

@@ -225,7 +225,7 @@ def _read(name: str, experiment: Experiment, setup: Setup) -> None:
     lacks = read_lacks(setup.models)
     for need in experiment.needs:
         if need in lacks:
-            problem = f"cannot be done by this arm, as its import found: {lacks[need]}"
+            problem = f"cannot be run with this arm; its import reported: {lacks[need]}"
             raise InfeasibleError(setup.settings.arm, need, problem)
     if setup.known and experiment.no_memory:
         raise BadValueError("--memory", "", f"has no effect on {name}, {experiment.no_memory}")

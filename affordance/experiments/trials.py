@@ -171,7 +171,7 @@ def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tas
             problem = describe_choice(task, tasks) if task else f"is empty, must be one of {known} to choose a grip"
             cells.refuse(place, "task", problem)
         if do == "choose" and len(tools[row["object"]].grips) < 2:
-            cells.refuse(place, "object", f"is {row['object']!r}, which has no two grips to choose from")
+            cells.refuse(place, "object", f"is {row['object']!r}, which has fewer than two grips to choose from")
         for name, only in (("task", "choose"), ("duration", "hold"), ("force", "lift")):
             if given[name][place] and do != only:
                 cells.refuse(place, name, f"is {given[name][place]}, must be empty where do is {do!r}, not {only!r}")

@@ -48,7 +48,7 @@ def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count:
     """Returns what observers learn about materials from the objects of Simulation II, each in its own order.
 
     Returns:
-        Memories of each observer before the first hold and after each, without the objects that were held.
+        Each observer's memory of materials, without single objects: before the first hold and after every hold.
     """
     tools = world.learning[:2]
     orders = [draw_order(Setup(seed=seed), len(tools), observer) for observer in range(count)]

@@ -139,7 +139,10 @@ MISTAKES = [
     ("object,do,duration\nsmall,lift,2\n", "row 2, duration: is 2, must be empty where do is 'lift', not 'hold'"),
     ("object,do,task\nstick,choose,reech\n", "row 2, task: is 'reech', must be one of reach, hammer; did you mean"),
     ("object,do,task\nstick,choose,\n", "row 2, task: is empty, must be one of reach, hammer to choose a grip"),
-    ("object,do,task\nsmall,choose,reach\n", "row 2, object: is 'small', which has no two grips to choose from"),
+    (
+        "object,do,task\nsmall,choose,reach\n",
+        "row 2, object: is 'small', which has fewer than two grips to choose from",
+    ),
     ("object,task\nstick,reach\n", "row 2, task: is reach, must be empty where do is 'lift', not 'choose'"),
     ("object,do,force\nsmall,look,3.1\n", "row 2, force: is 3.1, must be empty where do is 'look', not 'lift'"),
     ("object,cycle\nsmall,1.4\n", "row 2, cycle: is 1.4, must be a whole number; the nearest is 1"),
