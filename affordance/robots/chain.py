@@ -247,8 +247,8 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
 def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
     """Finds the hand whose finger a body belongs to; None if the body is not on a finger.
 
-    A finger is carried by a limb with at least as many joints. A finger branches off together with other fingers, or at
-    a joint that cannot belong to an arm.
+    A finger is carried by a limb with at least as many joints. It branches off together with other fingers, or at a
+    joint at which no arm can branch off.
     """
     finger = _climb_limb(tree, body.body_frame())
     if finger.obstacle is not None:

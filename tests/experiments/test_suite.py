@@ -148,7 +148,7 @@ def test_what_the_import_of_the_arm_could_not_fit_is_not_read_again(made_up, tmp
     setup = Setup(out=tmp_path / "out", models=models)
     found = run_suite(["one", "other"], setup)
     assert made_up.done == ["read one", "run one"]
-    assert found.left_out["other"].endswith("as its import found: stick by wood leaves the path by 0.05 m")
+    assert found.left_out["other"].endswith("its import reported: stick by wood leaves the path by 0.05 m")
     assert "leaves the path" in refuse(run_suite, ["other"], setup, error=InfeasibleError)
     change_file(models / "paths" / "reach.yaml", "duration: 2.0", "duration: 4.0")
     assert not run_suite(["other"], setup).left_out
