@@ -37,7 +37,9 @@ def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
             of_each = rows.groupby("observer")[column].mean().dropna().to_numpy()
             if len(of_each):
                 estimate = estimate_mean(of_each)
-                mean |= {f"{column}_{unit}": estimate.mean, f"{column}_{unit}_ci95": estimate.ci95}
+                mean[f"{column}_{unit}"] = estimate.mean
+                if len(of_each) > 1:  # one observer tells nothing of the others
+                    mean[f"{column}_{unit}_ci95"] = estimate.ci95
         if (chosen := rows.loc[rows["do"] == "choose", "chosen"]).size:
             mean["chosen"] = chosen.value_counts(normalize=True, sort=False).to_dict()
         found.append(mean)
@@ -96,6 +98,8 @@ def describe_means(means: Sequence[Mapping[str, Any]], width: int = 0) -> str:
 def _show(mean: Mapping[str, Any], name: str) -> str:
     if name not in mean or math.isnan(float(mean[name])):
         return ""
+    if f"{name}_ci95" not in mean:
+        return f"{float(mean[name]):.3f}"
     low, high = mean[f"{name}_ci95"]
     return f"{float(mean[name]):.3f} [{low:.3f}, {high:.3f}]"
 

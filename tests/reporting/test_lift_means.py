@@ -65,3 +65,10 @@ def test_numbers_are_those_of_each_observer_and_spreads_those_of_people():
     assert spreads["force_N, small"].sd == pytest.approx(np.std([1.0, 4.0], ddof=1))
     assert spreads["force_N, small"].source == "2 people of the table"
     assert list_numbers(build(), 1.9)[1]["force_N, small"] == (1.9, "as given")
+
+
+def test_mean_of_one_observer_has_no_interval():
+    found = average(build(observer=[0, 0, 0, 0, 0]))[0]
+    assert found["force_N"] == pytest.approx(4.0)
+    assert "force_N_ci95" not in found
+    assert tabulate_means([found])["force (N)"].tolist() == ["4.000"]
