@@ -162,6 +162,7 @@ def _describe(program: str) -> str:
             )
     short = f"{program} EXPERIMENT is short for {program} run EXPERIMENT, with {experiments}."
     lines += ["", *textwrap.wrap(short, width), f"{program} --version prints the version."]
+    lines += ["", f"example: {program} run weight --repeats 10"]
     return "\n".join(lines)
 
 
