@@ -30,7 +30,7 @@ from affordance.plant.arm_model import ArmModel
 
 
 class MpcStatus(enum.Enum):
-    """How a plan was computed."""
+    """Status of a plan, which says how it was computed."""
 
     FREE = 0  # no limit is active: in closed form, or by the quadratic program if ``always_program``
     LIMITED = 1  # a limit is active: by the quadratic program

@@ -31,7 +31,7 @@ class Pushes(NamedTuple):
 
         Args:
             believed: Weight that each observer believes in now, (B,), [N].
-            before: The same in the previous lift, (B,), [N]; NaN in a first lift.
+            before: Weight that each observer believed in at the previous lift, (B,), [N]; NaN in a first lift.
             rng: Random generator.
         """
         if not (self.error.any() or self.lapse.any()):

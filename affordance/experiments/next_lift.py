@@ -1,4 +1,4 @@
-"""Which object is lifted next after an odd one, and when do observers stop? A design not yet tried with people.
+"""Choice of the next object to lift after an odd one, and of when to stop. A design not yet tried with people.
 
 A rod of steel and a rod of beech become familiar. Then observers hold an odd rod: it looks like steel but is made of
 beech. From then on they choose what to hold: another rod that looks like steel, another rod of beech, or a rod or a

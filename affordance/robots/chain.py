@@ -27,7 +27,7 @@ _TOOL_WORDS = (
     "hand|palm",
     "(^|_)end(_|$)",
 )
-# Words in names of sensors mounted beside that frame, and of parts of grippers.
+# Words in the names of sensors that are mounted next to the tool frame, and of parts of grippers.
 _ASIDE = re.compile("cam|sensor|optical|imu|finger|jaw|servo", re.IGNORECASE)
 _FOR_TOOLS = re.compile("|".join(_TOOL_WORDS), re.IGNORECASE)
 # Largest number of names listed, for one limb and in total.

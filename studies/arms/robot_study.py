@@ -25,7 +25,7 @@ from studies.study import keep_result
 
 OK = "ok"
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
-# Rotor inertias tried at every joint besides none, [kg m^2], for robots whose file has none.
+# Rotor inertias that are tried at every joint, in addition to zero, for robots whose file has none, [kg m^2].
 ROTORS = (0.03, 0.1, 0.3)
 # Index of the heaviest object of Simulation I, with which limits are most at risk.
 _HEAVIEST = 3

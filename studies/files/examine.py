@@ -1,4 +1,4 @@
-"""What an import makes of one robot's file: whether it loads, what it says, parity, and the choice of a hammer.
+"""Examines the import of one robot's file: whether it loads, its messages, its torques, and the choice of a hammer.
 
 Where the import asks for an option, the option that it names is given, as whoever reads the message would, with the
 same numbers for every robot.

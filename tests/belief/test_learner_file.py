@@ -26,7 +26,7 @@ from affordance.objects.load import load_tools
 from affordance.simulation.trial import TrialRunner
 
 FORGETTING = f"{ROOT / 'examples' / 'forgetting.py'}:Forgetting"
-# A learner whose annotations are texts, with a helper beside it.
+# A learner with annotations as strings, and with a helper function in the same file.
 MINE = """
 from __future__ import annotations
 from dataclasses import dataclass

@@ -9,7 +9,7 @@ from affordance.identification.evidence.joint_statistics import JointStatistics
 # Numbers of unknowns that postures determine: the offset of a channel; mass and first moment; and three each for the
 # forces and the moments of a wrist sensor, which include the two angles of gravity.
 _OFFSET, _OF_LOAD, _OF_WRENCH = 1.0, 4.0, 3.0
-# Number of postures that the mean variance of similar channels is worth, beside a channel's own.
+# Weight of the mean variance of similar channels, as a number of postures added to a channel's own.
 _SHRINKAGE = 4.0
 _LEVEL, _NORMAL = 0.95, 1.6448536  # upper end of a 90 % interval, as a quantile and in normal SDs
 
