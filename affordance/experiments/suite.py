@@ -74,7 +74,7 @@ class Experiment(NamedTuple):
 OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
 NAMES = (*OF_THE_PAPER, "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift", "ladder")
 # Designs for a laboratory that nobody has done yet; `run all` leaves them out.
-DESIGNS = ("two_ends", "shallow_family")
+DESIGNS = ("two_ends", "shallow_family", "illusions")
 # Experiments in which a simulated arm holds the objects; settings of participants have no effect on them.
 _HELD = (*OF_THE_PAPER, "next_lift", "ladder")
 # Folders of comparisons between finished runs; a new run makes them out of date.

@@ -1,6 +1,7 @@
 """``affordance study recovery``: recovers the learner and kappa of simulated people from their pushes."""
 
 import argparse
+import math
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -8,15 +9,20 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
 from affordance.exceptions import BadValueError
 from affordance.experiments import linear
 from affordance.files.model_folder import MODELS
+from affordance.people.free_parameters import KAPPA_SD
 from studies.recovery.people import Recovery, list_rivals, recover
 from studies.study import Findings, Study, Work, format_table, run_kept
 
 _LIFTS = (160, 220, 320)
+# Quantiles of one-sided tests at .05 with a power of .8.
+_Z_ALPHA, _Z_POWER = float(ndtri(0.95)), float(ndtri(0.8))
+_KAPPA_SPREAD = 0.3  # SD of log kappa between people, a guess
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,10 +63,21 @@ def _work(config: Recovery, repeats: int, jobs: int, folder: Path) -> Iterator[F
             print(
                 format_table(["", *names], [[name, *map(str, row)] for name, row in zip(names, table, strict=True)])
             )
+    last = max(config.lifts)
+    print(f"Lead of the true learner after {last} lifts: mean (SD between people), participants needed")
+    rows = [[name, *(_show_lead(lead) for lead in numbers["leads"][last][name].values())] for name in names]
+    print(format_table(["", *names], rows))
     for lifts, of in numbers["log_kappa"].items():
         shown = ", ".join(f"{key} {value:.3g}" for key, value in of.items())
         print(f"log kappa of a person after {lifts} lifts: {shown}")
     yield Findings(numbers)
+
+
+def _show_lead(lead: Mapping[str, float]) -> str:
+    if not lead:
+        return ""
+    people = f", {lead['people']:.0f}" if math.isfinite(lead["people"]) else ""
+    return f"{lead['mean']:.1f} ({lead['sd']:.1f}){people}" if math.isfinite(lead["sd"]) else f"{lead['mean']:.1f}"
 
 
 def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
@@ -75,16 +92,48 @@ def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[An
             ]
             for k, lifts in enumerate(config.lifts)
         }
+    numbers["leads"] = {
+        lifts: {
+            name: {
+                rival: compute_lead(found["score"][true == i, i, k] - found["score"][true == i, j, k])
+                if i != j
+                else {}
+                for j, rival in enumerate(names)
+            }
+            for i, name in enumerate(names)
+        }
+        for k, lifts in enumerate(config.lifts)
+    }
     has_kappa = np.isfinite(found["mean"][:, 0])
     log_kappa = found["log_kappa"][has_kappa]
     numbers["log_kappa"] = {}
     for k, lifts in enumerate(config.lifts):
         mean, sd = found["mean"][has_kappa, k], found["sd"][has_kappa, k]
         of = {"rms_error": float(np.sqrt(np.mean((mean - log_kappa) ** 2))), "posterior_sd": float(sd.mean())}
+        of["people_per_group"] = count_per_group(of["posterior_sd"])
         if len(mean) > 2:
             of = {"correlation": float(np.corrcoef(mean, log_kappa)[0, 1]), **of}
         numbers["log_kappa"][lifts] = of
     return numbers
+
+
+def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
+    """Computes mean and SD of leads in log score, (people,), and the participants who show it (one-sided .05)."""
+    mean, sd = float(leads.mean()), float(leads.std(ddof=1)) if len(leads) > 1 else math.nan
+    people = math.ceil(((_Z_ALPHA + _Z_POWER) * sd / mean) ** 2) if mean > 0.0 and sd > 0.0 else math.nan
+    return {"mean": mean, "sd": sd, "people": people}
+
+
+def count_per_group(posterior_sd: float) -> float:
+    """Computes the participants per group who show kappas that differ by a factor of 1.5 (one-sided .05, power .8).
+
+    Between people, log kappa is assumed to have an SD of .3. A posterior SD s under a normal prior with SD p means
+    that log kappa is measured with the error variance 1 / (1 / s^2 - 1 / p^2).
+    """
+    information = posterior_sd**-2 - KAPPA_SD**-2
+    if information <= 0.0:
+        return math.inf
+    return math.ceil(2.0 * (_Z_ALPHA + _Z_POWER) ** 2 * (_KAPPA_SPREAD**2 + 1.0 / information) / math.log(1.5) ** 2)
 
 
 STUDY = Study(

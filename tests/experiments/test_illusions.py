@@ -5,10 +5,14 @@ import pandas as pd
 import pytest
 
 from affordance.belief.learners import KINDS_DRAWN, OWN_MEMORY
+from affordance.experiments import illusions
 from affordance.experiments.holds import compute_volume
 from affordance.experiments.illusions import (
+    EFFECTS,
     ILLUSIONS,
+    STATED,
     build_trials,
+    judge,
     make_objects,
     measure_contrasts,
     run_illusion,
@@ -63,3 +67,80 @@ def test_illusion_outlives_the_forces_that_it_began_with(tmp_path):
     found = measure_contrasts("material_weight", lifts).groupby(["of", "moment"])["value"].mean()
     assert found["force", "first"] == 0.0
     assert abs(found["heaviness", "last"]) < 0.1
+
+
+BY_LOOK = ("density", "kinds_map", "kinds_drawn", "own_and_shared")
+
+
+def make_contrasts(change=()):
+    """Makes contrasts of four observers as they were stated; a change gives one of them another mean.
+
+    Args:
+        change: Pairs of a place (design, contrast, learner, force or heaviness, moment) and a mean; None is any.
+    """
+    rows = []
+    for learner in (*BY_LOOK, "own_memory"):
+        for design, contrast, _ in EFFECTS:
+            heaviness = STATED.get(contrast, 0.0)
+            values = {"force": (-1.0, -0.1), "heaviness": (heaviness, heaviness)}
+            if learner == "density":
+                values = {
+                    "force": (-1.0, -0.95),
+                    "heaviness": (heaviness, heaviness * (1.0 - 0.5 * (contrast != "size"))),
+                }
+            if learner == "own_memory" and contrast != "size":
+                values = {"force": (0.0, 0.0), "heaviness": (0.0, 0.0)}
+            for of, pair in values.items():
+                for moment, mean in zip(("first", "last"), pair, strict=True):
+                    place = (design, contrast, learner, of, moment)
+                    for wanted, other in change:
+                        mean = other if all(w in (None, p) for w, p in zip(wanted, place, strict=True)) else mean
+                    rows += [(observer, f"object {observer % 2}", *place, mean) for observer in range(4)]
+    columns = ["observer", "began", "design", "contrast", "learner", "of", "moment", "value"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+# One contrast that is changed, and the claims that it contradicts.
+CHANGED = {
+    "nothing": ((), set()),
+    "large is heavier at first": ((("size_weight", "size", "own_and_shared", "heaviness", "first"), -0.1), {"sign"}),
+    "large is heavier at last": ((("crossed", "size", "own_and_shared", "heaviness", "last"), -0.1), {"sign"}),
+    "a larger illusion": ((("size_weight", "size", "kinds_map", "heaviness", "last"), 0.2), {"size"}),
+    "effects do not add": ((("crossed", "interaction", "kinds_drawn", "heaviness", "last"), 0.02), {"crossed"}),
+    "small is pushed harder": ((("crossed", "size", "own_and_shared", "force", "first"), 0.5), {"forces"}),
+    "forces of kinds stay": ((("crossed", "material", "kinds_map", "force", "last"), -0.5), {"persistence"}),
+    "the illusion goes": ((("crossed", "size", "kinds_map", "heaviness", "last"), 0.05), {"persistence"}),
+    "one density adapts": ((("size_weight", "size", "density", "force", "last"), -0.5), {"persistence"}),
+    "delta rules do not": ((("crossed", "size", "own_and_shared", "force", "last"), -0.5), {"persistence"}),
+    "looks stay apart": ((("material_weight", "material", "density", "heaviness", "last"), 0.21), {"material"}),
+    "objects have looks": ((("material_weight", "material", "own_memory", "heaviness", "last"), 0.1), {"own_memory"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", CHANGED)
+def test_claims_hold_for_what_was_stated_and_each_can_fail(what):
+    change, contradicted = CHANGED[what]
+    claims = judge(make_contrasts([change] if change else []))
+    assert {each.key for each in claims if not each.met} == contradicted
+
+
+def test_claim_about_the_order_can_fail():
+    contrasts = make_contrasts()
+    contrasts["value"] += 0.2 * (contrasts["began"] == "object 1")
+    assert "order" in {each.key for each in judge(contrasts) if not each.met}
+
+
+def test_results_have_contrasts_claims_and_tables_for_a_laboratory(tmp_path, monkeypatch):
+    monkeypatch.setattr(illusions, "FAMILIAR", 2)
+    monkeypatch.setattr(illusions, "TESTED", 5)
+    setup = Setup(observers=2, out=tmp_path)
+    results = illusions.run(setup)
+    rows = results.tables[next(iter(results.tables))]
+    assert len(rows) == len(EFFECTS) * len(results.learners)
+    assert f"{results.numbers['contrasts'][0]['mean']:+.2f} (" in rows.iloc[0]["force, first"]
+    for write in results.files.values():
+        write(tmp_path)
+    assert len(pd.read_csv(tmp_path / "trials_crossed.csv")["participant"].unique()) == 48
+    assert all(draw() for _, draw in results.figures.values())
+    values = illusions.predict(setup).values
+    assert values["density"]["size_weight_size_force"].shape == (2,)

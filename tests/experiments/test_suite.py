@@ -189,7 +189,7 @@ def test_folder_that_lies_below_a_file_and_a_joint_that_there_is_not_are_refused
     assert made_up.done == []
 
 
-def test_designs_for_a_laboratory_are_found_and_claim_nothing():
+def test_designs_for_a_laboratory_are_found():
     for name in DESIGNS:
         found = find_experiment(name)
         assert found.predict is not None

@@ -1,12 +1,14 @@
 """Recovery of learners and of kappa: counts and correlations by hand, and a small run."""
 
+import math
+
 import numpy as np
 import pytest
 from helpers.refusals import refuse_command
 from helpers.results_files import read_numbers
 from helpers.study_runs import run_study
 
-from studies.recovery.command import STUDY, summarise
+from studies.recovery.command import STUDY, compute_lead, count_per_group, summarise
 from studies.recovery.people import Recovery, list_rivals, simulate, weigh
 
 
@@ -24,8 +26,44 @@ def test_counts_and_correlations_by_hand():
         numbers["confusion_by_score"] == numbers["confusion_by_bic"] == {10: [[3, 0], [0, 3]], 20: [[3, 0], [1, 2]]}
     )
     first, second = numbers["log_kappa"][10], numbers["log_kappa"][20]
-    assert first == pytest.approx({"correlation": 1.0, "rms_error": 0.1, "posterior_sd": 0.3})
+    per_group = count_per_group(0.3)
+    assert first == pytest.approx(
+        {"correlation": 1.0, "rms_error": 0.1, "posterior_sd": 0.3, "people_per_group": per_group}
+    )
+    assert numbers["leads"][10]["a"] == {
+        "a": {},
+        "b": pytest.approx({"mean": 5.0, "sd": 0.0, "people": math.nan}, nan_ok=True),
+    }
+    assert numbers["leads"][20]["b"]["a"]["mean"] == pytest.approx((5.0 + 5.0 - 4.0) / 3.0)
     assert second["correlation"] == pytest.approx(-1.0)
+
+
+def test_participants_show_a_lead_as_often_as_was_asked():
+    """Simulated people with the mean and SD of a lead show it in four of five experiments."""
+    rng, leads = np.random.default_rng(0), np.array([3.0, -1.0, 7.0, 3.0])
+    found = compute_lead(leads)
+    means = rng.normal(found["mean"], found["sd"] / math.sqrt(found["people"]), 100_000)
+    assert (means > 1.645 * found["sd"] / math.sqrt(found["people"])).mean() == pytest.approx(0.8, abs=0.05)
+
+
+@pytest.mark.parametrize("posterior_sd", [0.2, 0.36, 0.45])
+def test_participants_per_group_tell_kappas_apart_as_often_as_was_asked(posterior_sd):
+    """Posterior means of simulated people, under the prior that all share, are compared between groups."""
+    rng, count = np.random.default_rng(1), count_per_group(posterior_sd)
+    error_sd = (posterior_sd**-2 - 0.5**-2) ** -0.5
+    weight = 0.5**2 / (0.5**2 + error_sd**2)
+    groups = []
+    for mean in (0.0, math.log(1.5)):
+        log_kappa = rng.normal(mean, 0.3, (20_000, count))
+        groups.append(weight * (log_kappa + rng.normal(0.0, error_sd, log_kappa.shape)))
+    z = (groups[1].mean(axis=1) - groups[0].mean(axis=1)) / np.sqrt(
+        (groups[0].var(axis=1) + groups[1].var(axis=1)) / count
+    )
+    assert (z > 1.645).mean() == pytest.approx(0.8, abs=0.04)
+
+
+def test_posterior_as_wide_as_the_prior_tells_nothing():
+    assert count_per_group(0.5) == math.inf
 
 
 def test_posterior_of_draws_by_likelihood():
