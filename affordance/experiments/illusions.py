@@ -284,10 +284,9 @@ def judge(contrasts: pd.DataFrame) -> list[ClaimResult]:
 
 def tabulate(found: pd.DataFrame) -> pd.DataFrame:
     """Tabulates contrasts: a row for each effect and learner, columns for force and heaviness, first and last."""
-    means, errors = found["mean"].to_numpy(), found["se"].to_numpy()
-    cells = [f"{mean:+.2f} ({se:.2f})" for mean, se in zip(means, errors, strict=True)]
+    cells = [f"{mean:+.2f} ({se:.2f})" for mean, se in zip(found["mean"], found["se"], strict=True)]
     table = pd.Series(cells, found.index).unstack(["of", "moment"], sort=False)
-    table.columns = pd.Index([f"{of}, {moment}" for of, moment in table.columns])
+    table.columns = table.columns.map(", ".join)
     table = table.reset_index()
     table["learner"] = table["learner"].map(label_learner)
     return table.set_index("design")

@@ -47,7 +47,7 @@ _PRIORS: Mapping[str, tuple[float, float]] = {
     "lapse": (0.05, 1.0),
     "own_drift": (0.07, 0.5),
 }
-KAPPA_SD = 0.5
+_KAPPA_SD = 0.5
 
 
 def list_free(learner: Learner, participant: Participant, names: Sequence[str] | None = None) -> list[FreeParameter]:
@@ -100,7 +100,7 @@ def _describe(name: str, learner: Learner, participant: Participant) -> FreePara
     notes = typing.get_args(_list_types(learner)[name])[1:]
     bound = next((each for each in notes if isinstance(each, Within)), Within())
     usual = getattr(learner.usual.parameters, name)
-    median, sd = _PRIORS.get(name, (usual, KAPPA_SD if name == "kappa" else 1.0))
+    median, sd = _PRIORS.get(name, (usual, _KAPPA_SD if name == "kappa" else 1.0))
     is_share = (bound.low, bound.high) == (0.0, 1.0)
     if median <= 0.0 or not math.isfinite(median) or (is_share and median >= 1.0):
         problem = f"cannot have {name}, whose usual value is {median:g}: a prior needs one above 0"

@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from affordance.belief.learners import KINDS_DRAWN
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
+from affordance.control.participant import Participant
 from affordance.exceptions import BadValueError
 from affordance.experiments import linear
 from affordance.files.model_folder import MODELS
-from affordance.people.free_parameters import KAPPA_SD
-from studies.recovery.people import Recovery, list_rivals, recover
+from affordance.people.free_parameters import list_free
+from studies.recovery.people import PUSH_ERROR, Recovery, list_rivals, recover
 from studies.study import Findings, Study, Work, format_table, run_kept
 
 _LIFTS = (160, 220, 320)
@@ -74,10 +76,10 @@ def _work(config: Recovery, repeats: int, jobs: int, folder: Path) -> Iterator[F
 
 
 def _show_lead(lead: Mapping[str, float]) -> str:
-    if not lead:
-        return ""
-    people = f", {lead['people']:.0f}" if math.isfinite(lead["people"]) else ""
-    return f"{lead['mean']:.1f} ({lead['sd']:.1f}){people}" if math.isfinite(lead["sd"]) else f"{lead['mean']:.1f}"
+    shown = [f"{lead['mean']:.1f}"] if lead else []
+    shown += [f" ({lead['sd']:.1f})"] if "sd" in lead else []
+    shown += [f", {lead['people']}"] if "people" in lead else []
+    return "".join(shown)
 
 
 def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
@@ -110,7 +112,8 @@ def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[An
     for k, lifts in enumerate(config.lifts):
         mean, sd = found["mean"][has_kappa, k], found["sd"][has_kappa, k]
         of = {"rms_error": float(np.sqrt(np.mean((mean - log_kappa) ** 2))), "posterior_sd": float(sd.mean())}
-        of["people_per_group"] = count_per_group(of["posterior_sd"])
+        if math.isfinite(people := count_per_group(of["posterior_sd"])):
+            of["people_per_group"] = people
         if len(mean) > 2:
             of = {"correlation": float(np.corrcoef(mean, log_kappa)[0, 1]), **of}
         numbers["log_kappa"][lifts] = of
@@ -118,10 +121,16 @@ def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[An
 
 
 def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
-    """Computes mean and SD of leads in log score, (people,), and the participants who show it (one-sided .05)."""
-    mean, sd = float(leads.mean()), float(leads.std(ddof=1)) if len(leads) > 1 else math.nan
-    people = math.ceil(((_Z_ALPHA + _Z_POWER) * sd / mean) ** 2) if mean > 0.0 and sd > 0.0 else math.nan
-    return {"mean": mean, "sd": sd, "people": people}
+    """Computes mean and SD of leads in log score, (people,), and the participants who show it (one-sided .05).
+
+    There is no SD for one person, and no number of participants if the mean is not above zero.
+    """
+    found = {"mean": float(leads.mean())}
+    if len(leads) > 1:
+        found["sd"] = float(leads.std(ddof=1))
+        if found["mean"] > 0.0:
+            found["people"] = max(2, math.ceil(((_Z_ALPHA + _Z_POWER) * found["sd"] / found["mean"]) ** 2))
+    return found
 
 
 def count_per_group(posterior_sd: float) -> float:
@@ -130,7 +139,8 @@ def count_per_group(posterior_sd: float) -> float:
     Between people, log kappa is assumed to have an SD of .3. A posterior SD s under a normal prior with SD p means
     that log kappa is measured with the error variance 1 / (1 / s^2 - 1 / p^2).
     """
-    information = posterior_sd**-2 - KAPPA_SD**-2
+    (kappa,) = list_free(KINDS_DRAWN, Participant(push_error=PUSH_ERROR), ["kappa"])
+    information = posterior_sd**-2 - kappa.sd**-2
     if information <= 0.0:
         return math.inf
     return math.ceil(2.0 * (_Z_ALPHA + _Z_POWER) ** 2 * (_KAPPA_SPREAD**2 + 1.0 / information) / math.log(1.5) ** 2)
