@@ -2,25 +2,30 @@
 
 import argparse
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed, add_set, change_by_name
 from affordance.exceptions import BadValueError
+from affordance.experiments import linear
+from affordance.experiments.lifts import cylinder
 from affordance.experiments.linear import GROUPS
 from affordance.experiments.observers import Setup
+from affordance.objects.tool import Tool
 from affordance.simulation.static_lifts import check_closed_form
 from studies.people.figure import draw_kappa_fit
-from studies.people.fit import Fraction, KappaFit, estimate_people_fraction, simulate_and_fit
-from studies.study import Findings, Study, Work
+from studies.people.fit import Fraction, KappaFit, estimate_people_fraction, simulate_and_fit, simulate_fractions
+from studies.study import Findings, Study, Task, Work
 
 _LEARNERS = (KINDS_MAP, KINDS_DRAWN)
+LEAST_VOLUME = 0.01  # smallest factor of volumes; the largest is its inverse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,9 +38,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--lowest", type=float, default=0.12, help="smallest kappa (default 0.12)")
     parser.add_argument("--highest", type=float, default=0.48, help="largest kappa (default 0.48)")
     parser.add_argument("--count", type=int, default=13, help="how many values of kappa (default 13)")
+    what = "fit nothing; compute f of Linear++ with all volumes multiplied by each V, at the same masses and seeds"
+    parser.add_argument("--volumes", type=float, nargs="+", metavar="V", help=what)
 
 
-def plan(arguments: argparse.Namespace) -> Work:
+def plan(arguments: argparse.Namespace) -> Work | Task:
     """Checks the values of kappa and the settings."""
     if not 0.0 < arguments.lowest < arguments.highest:
         problem = f"is {arguments.lowest:g}, must be above 0 and below --highest, {arguments.highest:g}"
@@ -46,7 +53,16 @@ def plan(arguments: argparse.Namespace) -> Work:
         if value < least:
             raise BadValueError(option, "", f"is {value}, must be at least {least}")
     setup = Setup(arguments.repeats, arguments.seed, arguments.jobs, settings=settings)
-    return partial(_work, arguments, setup)
+    if arguments.volumes is None:
+        return partial(_work, arguments, setup)
+    for value in arguments.volumes:
+        if not LEAST_VOLUME <= value <= 1.0 / LEAST_VOLUME:
+            nearest = min(max(value, LEAST_VOLUME), 1.0 / LEAST_VOLUME)
+            problem = (
+                f"is {value:g}, must be from {LEAST_VOLUME:g} to {1.0 / LEAST_VOLUME:g}; the nearest is {nearest:g}"
+            )
+            raise BadValueError("--volumes", "", problem)
+    return Task(partial(compare_volumes, setup, arguments.volumes))
 
 
 def _work(arguments: argparse.Namespace, setup: Setup, folder: Path) -> Iterator[Findings]:
@@ -68,6 +84,29 @@ def _work(arguments: argparse.Namespace, setup: Setup, folder: Path) -> Iterator
         "repeats": arguments.repeats,
     }
     yield Findings(content, figures=figures)
+
+
+def compare_volumes(setup: Setup, volumes: Sequence[float]) -> int:
+    """Prints the mean f of Linear++ with all volumes multiplied by each factor, and how much observers differ."""
+    for learner in _LEARNERS:
+        found: list[Array] = []
+        for factor in volumes:
+            tools = [scale_volume(tool, factor) for tool in linear.read("linear_plus_plus", setup)]
+            fractions = simulate_fractions(setup.change(learner=learner), tools, f"volume {factor:g}")
+            se = fractions.std(ddof=1) / np.sqrt(setup.observers)
+            print(f"{learner.name}: volumes times {factor:g}: f {fractions.mean():.4f} +- {se:.4f}")
+            if found:
+                apart = fractions - found[0]
+                se = apart.std(ddof=1) / np.sqrt(setup.observers)
+                print(f"    minus that of times {volumes[0]:g}: {apart.mean():+.4f} +- {se:.4f}")
+            found.append(fractions)
+    return 0
+
+
+def scale_volume(tool: Tool, factor: float) -> Tool:
+    """Makes a cylinder of the same mass whose volume is multiplied by a factor."""
+    radius, height = factor ** (1.0 / 3.0) * np.array(tool.components[0].shape.sizes)
+    return cylinder(tool.name, radius=radius, height=height, mass=tool.mass)
 
 
 def _print_fit(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:

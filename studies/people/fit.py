@@ -82,18 +82,23 @@ class KappaFit(NamedTuple):
 
 def simulate_fraction(setup: Setup, tools: Sequence[Tool], kappa: float) -> tuple[float, float]:
     """Computes the mean learned fraction of at least 2 simulated observers, and its standard error."""
-    parts = [part.tolist() for part in np.array_split(np.arange(setup.observers), setup.jobs) if len(part)]
-    tasks = [partial(find_fractions, setup, tools, kappa, part) for part in parts]
-    fractions = np.concatenate(run_tasks(tasks, jobs=setup.jobs, description=f"kappa {kappa:.3f}"))
+    changed = setup.change(learner=setup.settings.learner.change(kappa=kappa))
+    fractions = simulate_fractions(changed, tools, f"kappa {kappa:.3f}")
     return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(setup.observers))
 
 
-def find_fractions(setup: Setup, tools: Sequence[Tool], kappa: float, observers: Sequence[int]) -> list[float]:
-    """Computes the learned fractions of observers whose breadth of a category is kappa."""
+def simulate_fractions(setup: Setup, tools: Sequence[Tool], what: str) -> Array:
+    """Computes the learned fractions of all observers, (observers,); ``what`` describes the progress bar."""
+    parts = [part.tolist() for part in np.array_split(np.arange(setup.observers), setup.jobs) if len(part)]
+    tasks = [partial(find_fractions, setup, tools, part) for part in parts]
+    return np.concatenate(run_tasks(tasks, jobs=setup.jobs, description=what))
+
+
+def find_fractions(setup: Setup, tools: Sequence[Tool], observers: Sequence[int]) -> list[float]:
+    """Computes the learned fractions of some observers."""
     sizes = {tool.name: compute_volume(tool) for tool in tools}
     fractions = []
-    changed = setup.change(learner=setup.settings.learner.change(kappa=kappa))
-    for data in lift(changed, tools, linear.design, observers):
+    for data in lift(setup, tools, linear.design, observers):
         lifts = data.to_dataframe()
         fractions.append(float(linear.measure(lifts.assign(size=lifts["object"].map(sizes)))["f"]))
     return fractions

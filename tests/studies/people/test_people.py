@@ -3,10 +3,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse_command
 from helpers.results_files import read_numbers
 from helpers.study_runs import run_study
 
-from affordance.belief.kinds_learner import KAPPA
 from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.experiments import lifts, linear
 from affordance.experiments.holds import compute_volume
@@ -120,7 +120,8 @@ def few(monkeypatch):
 @pytest.mark.parametrize(("kappa", "fraction"), [(8.0, 0.0), (0.12, 1.0)])
 def test_a_broad_category_never_learns_the_odd_object_and_a_narrow_one_does_at_once(kappa, fraction):
     setup = Setup().change(learner=KINDS_MAP)
-    (found,) = fit.find_fractions(setup, TOOLS["linear_plus_plus"], kappa, [0])
+    changed = setup.change(learner=setup.settings.learner.change(kappa=kappa))
+    (found,) = fit.find_fractions(changed, TOOLS["linear_plus_plus"], [0])
     assert found == pytest.approx(fraction, abs=0.1)
 
 
@@ -131,7 +132,7 @@ def test_observers_are_those_of_the_experiment(few, learner):
     (data,) = lifts.lift(setup, tools, linear.design, [0])
     table = data.to_dataframe()
     table["size"] = table["object"].map({tool.name: compute_volume(tool) for tool in tools})
-    assert fit.find_fractions(setup, tools, KAPPA[learner.pick], [0]) == [linear.measure(table)["f"]]
+    assert fit.find_fractions(setup, tools, [0]) == [linear.measure(table)["f"]]
 
 
 def multiply_densities(tools, factor):
@@ -177,3 +178,33 @@ def test_command_writes_what_it_found(few, tmp_path, capsys):
         assert numbers["learners"][learner]["kappas"] == pytest.approx([0.15, 0.25, 0.35])
         assert (tmp_path / "kappa" / f"{learner}.png").stat().st_size > 10_000
         assert f"{learner}: kappa" in capsys.readouterr().out or learner == "kinds_drawn"
+
+
+def test_command_compares_volumes_and_would_show_a_difference(few, capsys, monkeypatch):
+    """Objects that become heavier with their volume are lifted otherwise."""
+    setup, scale = Setup(observers=4, seed=1), command.scale_volume
+    found = []
+    for share in (1.0, 1.2):
+        monkeypatch.setattr(
+            command,
+            "scale_volume",
+            lambda tool, factor, share=share: scale(
+                lifts.cylinder(
+                    tool.name,
+                    radius=linear.RADIUS,
+                    height=tool.components[0].shape.sizes[1],
+                    mass=tool.mass * (share if tool.name == "test" and factor != 1.0 else 1.0),
+                ),
+                factor,
+            ),
+        )
+        command.compare_volumes(setup, [1.0, 0.2])
+        lines = [line for line in capsys.readouterr().out.splitlines() if "minus" in line]
+        found.append([abs(float(line.split(": ")[1].split(" ")[0])) for line in lines])
+    np.testing.assert_array_less(found[0], 0.02)
+    assert max(found[1]) > 0.05
+
+
+def test_volumes_out_of_bounds_are_refused():
+    said = refuse_command("study", "people", "--volumes", "0.001")
+    assert said.endswith("--volumes: is 0.001, must be from 0.01 to 100; the nearest is 0.01")
