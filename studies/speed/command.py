@@ -7,13 +7,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from affordance.belief.learners import LEARNERS
 from affordance.commands.options import add_out
 from affordance.files.atomic import write_text
 from affordance.runs.repeats import list_versions
 from studies.study import Findings, Study, Task, Work, add_only, format_table, import_part, print_table
 
 # Modules that measure ratios, in the order of the report.
-MEASURED = ("closed_loop", "mpc_tick", "regressor", "decision", "strike")
+MEASURED = ("closed_loop", "mpc_tick", "regressor", "decision", "strike", "observers")
 _PEERS = ("pin",)
 HOW = {
     "loop_vs_cpp_hold": "wall time of the same plant under a C++ hold over that of the closed loop, all five trials",
@@ -26,6 +27,10 @@ HOW = {
     "decisions_vs_rollouts": "choices of a grip for reaching per second by inner simulation, 10,000 with their "
     "planning, over those by simulating both grips",
     "decisions_vs_blows": "the same for hammering, contact simulated",
+    **{
+        f"observers_at_once_{name}": f"time of lifts of 1,000 observers one by one over that as arrays, {each.label}"
+        for name, each in LEARNERS.items()
+    },
     "strike_wall_s": "seconds that one core takes for the 55 ms in which tool and nail may touch, median of 24 blows",
 }
 
