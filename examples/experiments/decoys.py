@@ -1,0 +1,59 @@
+"""What do many holds of a decoy do to the belief about what it looks like?
+
+The objects of Simulation I are held once, those of Simulation II three times; then their decoys, of which the second
+is the twin of an honest object.
+
+affordance run decoys.py --repeats 200
+"""
+
+from types import ModuleType
+
+import numpy as np
+import pandas as pd
+
+from affordance.belief.density_belief import DENSITY_FLOOR
+from affordance.belief.learner import Learner
+from affordance.belief.learners import label_learner, list_learners
+from affordance.experiments import com, weight
+from affordance.experiments.observers import Setup
+from affordance.experiments.results import Results
+from affordance.runs.random_streams import Stream
+from affordance.simulation.static_lifts import StaticLifter
+
+OBSERVERS, EVERY_LEARNER = 50, True
+DECOYS = (0, 1, 2, 6, 12)  # holds of a decoy
+
+
+def hold(setup: Setup, learner: Learner, simulation: ModuleType, order: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Returns believed densities, (observers, colours), and the last force over the weight, less 1, (observers,)."""
+    lifter = StaticLifter(simulation.read(setup), setup.change(learner=learner).settings)
+    drawn, felt = (
+        [(setup.seed, number, stream) for number in range(setup.observers)] for stream in (Stream.KINDS, Stream.LIFT)
+    )
+    errors = lifter.draw_errors(felt, len(order))
+    record = lifter.run(np.tile(np.array(order)[:, None], setup.observers), lifter.start(drawn), errors, drawn)
+    believed = learner.believe(record.after.state).compute_mode(DENSITY_FLOOR)
+    return believed, record.force[-1] / record.weight[-1] - 1.0
+
+
+def run(setup: Setup) -> Results:
+    """Runs it."""
+    rows = []
+    for learner in list_learners(setup.settings.learner):
+        for count in DECOYS:
+            brass, error = hold(setup, learner, weight, [0, 1, 2, 3] + [4] * count)
+            (wood, steel), _ = (each.T for each in hold(setup, learner, com, [0, 1] * 3 + [2] * count))
+            medians = [float(np.median(each)) for each in (brass, error, wood, steel)]
+            rows.append((learner.name, count, *medians, float(np.mean(steel > wood))))
+    table = pd.DataFrame(rows, columns=["learner", "decoys", "brass", "error", "wood", "steel", "steel_denser"])
+    last = [f"{row.steel_denser:.2f} ({label_learner(str(row.learner))})" for row in table[4::5].itertuples()]
+    return Results(
+        title="Holds of a decoy",
+        summary="Most probable densities, kg/m³, and error of the force in the last hold (Simulation I): medians.",
+        finding=f"After 12 holds of the twin, steel is still believed denser than wood by {', '.join(last)}.",
+        data=table,
+        numbers={"beliefs": table.to_dict("records")},
+        claims=[],
+        tables={"Beliefs after holds of the decoy.": table.round(2).set_index("learner")},
+        learners=[*dict.fromkeys(table["learner"])],
+    )
