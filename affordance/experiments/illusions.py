@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.belief.learners import OWN_AND_SHARED, OWN_MEMORY, label_learner, list_learners
+from affordance.experiments.holds import select_columns
 from affordance.experiments.lifts import Design, build_table, check_can_be_lifted, cylinder, repeat, run_lifts
 from affordance.experiments.observers import Setup
 from affordance.experiments.prediction import ObserverNumbers
@@ -84,19 +85,19 @@ def run(setup: Setup) -> Results:
     contrasts = groups.apply(lambda own: measure_contrasts(str(own.name[0]), own)).reset_index()
     found = summarise(contrasts)
     last = found.xs(("heaviness", "last"), level=("of", "moment"))["mean"]
+    learners = [*dict.fromkeys(contrasts["learner"])]
     described = [
         f"{label_learner(learner)} {last['size_weight', 'size', learner]:+.2f} and"
         f" {last['material_weight', 'material', learner]:+.2f}"
-        for learner in dict.fromkeys(contrasts["learner"])
+        for learner in learners
     ]
     return Results(
         order=54,
         title="Is the smaller, or the lighter-looking, of two equal weights judged heavier?",
         summary=(
-            f"{count_observers(setup.observers)} of each learner lifted families of cylinders ten times, then test"
-            " objects of one mass twenty times. A contrast is the logarithm of the ratio of two forces, or of two"
-            " judgements of heaviness; it is above zero if the smaller or lighter-looking object is lifted with more"
-            " force, or judged heavier."
+            f"{count_observers(setup.observers)} of each learner lifted families of cylinders, then test objects of one"
+            " mass. A contrast is the logarithm of the ratio of two forces, or of two judgements of heaviness, of the"
+            " smaller or lighter-looking object over the other."
         ),
         finding=f"Contrasts of heaviness at the end, by size and by material: {'; '.join(described)}.",
         data=lifts,
@@ -109,8 +110,8 @@ def run(setup: Setup) -> Results:
             )
         },
         tables={"Contrasts, means over observers; in brackets their standard errors.": tabulate(found)},
-        files={f"trials_{name}.csv": partial(_write_trials, name) for name in ILLUSIONS},
-        learners=[*dict.fromkeys(contrasts["learner"])],
+        files={name: partial(_write_tables, name, lifts[lifts["design"] == name]) for name in ILLUSIONS},
+        learners=learners,
     )
 
 
@@ -292,8 +293,9 @@ def tabulate(found: pd.DataFrame) -> pd.DataFrame:
     return table.set_index("design")
 
 
-def _write_trials(name: str, folder: Path) -> None:
-    write_text(folder / f"trials_{name}.csv", build_trials(name, OBSERVERS).to_csv(index=False, lineterminator="\n"))
+def _write_tables(name: str, lifts: pd.DataFrame, folder: Path) -> None:
+    for file, table in (("trials", build_trials(name, OBSERVERS)), ("lifts", select_columns(lifts))):
+        write_text(folder / f"{file}_{name}.csv", table.to_csv(index=False, lineterminator="\n"))
 
 
 def draw(found: pd.DataFrame) -> Figure:

@@ -140,6 +140,9 @@ def test_results_have_contrasts_claims_and_tables_for_a_laboratory(tmp_path, mon
     assert f"{results.numbers['contrasts'][0]['mean']:+.2f} (" in rows.iloc[0]["force, first"]
     for write in results.files.values():
         write(tmp_path)
+    assert set(pd.read_csv(tmp_path / "lifts_size_weight.csv")["object"]) == {
+        tool.name for tool in make_objects(ILLUSIONS["size_weight"])
+    }
     assert len(pd.read_csv(tmp_path / "trials_crossed.csv")["participant"].unique()) == 48
     assert all(draw() for _, draw in results.figures.values())
     values = illusions.predict(setup).values
