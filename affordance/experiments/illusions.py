@@ -64,8 +64,6 @@ ILLUSIONS = {
         0.52,
     ),
 }  # fmt: skip
-
-
 # Effects in the order of figure and table: design, contrast, and which ratio it is the logarithm of.
 EFFECTS = (
     ("size_weight", "size", "small over large"),
@@ -95,8 +93,8 @@ def run(setup: Setup) -> Results:
         order=54,
         title="Is the smaller, or the lighter-looking, of two equal weights judged heavier?",
         summary=(
-            f"{count_observers(setup.observers)} of each learner lifted families of cylinders, then test objects of one"
-            " mass. A contrast is the logarithm of the ratio of two forces, or of two judgements of heaviness, of the"
+            f"{count_observers(setup.observers)} of each learner lifted families of cylinders, then test objects of"
+            " one mass. A contrast is the logarithm of the ratio of two forces, or of two judgements of heaviness, of the"
             " smaller or lighter-looking object over the other."
         ),
         finding=f"Contrasts of heaviness at the end, by size and by material: {'; '.join(described)}.",
@@ -288,9 +286,7 @@ def tabulate(found: pd.DataFrame) -> pd.DataFrame:
     cells = [f"{mean:+.2f} ({se:.2f})" for mean, se in zip(found["mean"], found["se"], strict=True)]
     table = pd.Series(cells, found.index).unstack(["of", "moment"], sort=False)
     table.columns = table.columns.map(", ".join)
-    table = table.reset_index()
-    table["learner"] = table["learner"].map(label_learner)
-    return table.set_index("design")
+    return table.rename(index=label_learner, level="learner").reset_index().set_index("design")
 
 
 def _write_tables(name: str, lifts: pd.DataFrame, folder: Path) -> None:
