@@ -94,8 +94,8 @@ def run(setup: Setup) -> Results:
         title="Is the smaller, or the lighter-looking, of two equal weights judged heavier?",
         summary=(
             f"{count_observers(setup.observers)} of each learner lifted families of cylinders, then test objects of"
-            " one mass. A contrast is the logarithm of the ratio of two forces, or of two judgements of heaviness, of the"
-            " smaller or lighter-looking object over the other."
+            " one mass. A contrast is the logarithm of the ratio of two forces, or of two judgements of heaviness, of"
+            " the smaller or lighter-looking object over the other."
         ),
         finding=f"Contrasts of heaviness at the end, by size and by material: {'; '.join(described)}.",
         data=lifts,
