@@ -15,7 +15,7 @@ TASKS = "tasks"  # key of numbers about reaching and hammering together
 
 
 class _Undefined(dict[str, Any]):
-    """Numbers of an experiment that was not run: undefined values with the shape that claims expect."""
+    """Numbers of an experiment that was not run: undefined values in the shapes that claims expect."""
 
     def __missing__(self, key: str) -> Any:
         return math.nan if key in _SCALARS else np.full((7, 2) if key.endswith("_ci95") else 7, math.nan)
@@ -32,7 +32,7 @@ _UNDEFINED = _Undefined(dict.fromkeys(_NAMES, ""), effort_differs=False)
 def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
     """Judges every claim: 1 if it holds, 0 if not, NaN if it cannot be judged.
 
-    ``numbers`` are by experiment; an experiment that could not be run is missing. Contact is simulated in some
+    ``numbers`` are given by experiment, without experiments that could not be run. Contact is simulated in some
     settings only.
     """
     outcomes = {
