@@ -175,7 +175,7 @@ def judge(shares: pd.DataFrame) -> list[ClaimResult]:
               check("lower end of the interval, own memory, after 6 lifts", get("low", 6, own), at_most=0.5),
               check("upper end", get("high", 6, own), at_least=0.5)),
         claim("reach_first", "ours, seen in a run first",
-              "After one lift, one density for each colour leads to the right choice more often to reach than to hit.",
+              "After one lift, one density for each colour leads to right choices more often to reach than to hit.",
               check("share of right choices to reach minus that to hit", advantage, above=0.1)),
     ]  # fmt: skip
 
