@@ -177,8 +177,8 @@ def _list_remarks(n: Mapping[str, Any]) -> list[str]:
         "The polynomial's degree, twelve in one variable, was chosen after these comparisons with brute force had"
         " been seen with degree six. Samples are spread evenly because two of 22 cases had been wrong by chance."
         f" Drawn worlds are without hammering; {n['drawn']['certain']:.2f} of the choices are ever certain, the"
-        " others are near ties. At first these worlds were run without doubts about odd objects; they are run with doubts"
-        " since the command has them by default."
+        " others are near ties. At first these worlds were run without doubts about odd objects; they are run with"
+        " doubts since the command has them by default."
     ]
     if n["has_motions"]:
         remarks.append(
