@@ -181,9 +181,9 @@ def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
     try:
         fit = _fit_in_rounds(view, camera, noise)
     except np.linalg.LinAlgError as error:
-        raise UndeterminedError(f"what is visible of a part does not determine an ellipsoid: {error}") from error
+        raise UndeterminedError(f"the visible surface of a part does not determine an ellipsoid: {error}") from error
     if not (np.isfinite(fit.misfit) and np.isfinite(fit.covariance).all()):
-        raise UndeterminedError("what is visible of a part does not determine an ellipsoid: infinite covariance")
+        raise UndeterminedError("the visible surface of a part does not determine an ellipsoid: infinite covariance")
     return fit
 
 
@@ -205,7 +205,7 @@ def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
             ftol=1e-6,
         )
         if not found.success:
-            raise UndeterminedError(f"no ellipsoid fits a part best: {found.message}")
+            raise UndeterminedError(f"the fit of an ellipsoid to a part does not converge: {found.message}")
         ellipsoid = deform(ellipsoid, found.x[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, rays, camera.focal_length)
         angle = np.arccos(np.clip(-seen.normals[:, 2] / np.linalg.norm(seen.normals, axis=1), 0.0, 1.0))

@@ -65,8 +65,8 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
     for number in range(segmentation.num_parts):
         view = collect_view(picture, segmentation, number)
         if len(view.depth) < NUM_NUMBERS or len(view.outline) < NUM_NUMBERS:
-            reason = f"a part gives {len(view.depth)} readings and {len(view.outline)} points of its outline"
-            raise TooSmallError(f"{reason}, must give at least {NUM_NUMBERS} of each", *picture)
+            reason = f"a part has {len(view.depth)} depth readings and {len(view.outline)} points of its outline"
+            raise TooSmallError(f"{reason}, must have at least {NUM_NUMBERS} of each", *picture)
         try:
             fit = fit_ellipsoid(view, rig.camera, noise)
         except UndeterminedError as error:
@@ -151,10 +151,10 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
     area = 0.5 * abs(float(x[:-1] @ y[1:] - x[1:] @ y[:-1]))
     shown = float((segmentation.labels == number).sum()) / max(area, 1.0)
     if shown < MIN_SHOWN:
-        reason = f"{100 * shown:.0f} % of a part is visible behind what is in front of it, must be at least"
+        reason = f"{100 * shown:.0f} % of a part is visible behind other parts, must be at least"
         raise HiddenPartError(f"{reason} {100 * MIN_SHOWN:.0f} %", *picture)
     if fit.misfit > MAX_MISFIT:
-        reason = f"what is seen as one part is not an ellipsoid: residuals have the mean square {fit.misfit:.2f}"
+        reason = f"one detected part is not an ellipsoid: its residuals have the mean square {fit.misfit:.2f}"
         raise NoFitError(f"{reason} in standard deviations, must be at most {MAX_MISFIT:g}", *picture)
 
 

@@ -75,7 +75,7 @@ def check_picture(picture: Picture) -> None:
         raise UnusablePictureError(f"the picture has {size} pixels, must have at least {MIN_PIXELS}", *picture)
     if not np.isfinite(depth).all():
         count = int((~np.isfinite(depth)).sum())
-        raise NoDepthError(f"{count} of {depth.size} depth readings are not finite, all must be", *picture)
+        raise NoDepthError(f"{count} of {depth.size} depth readings are not finite, all must be finite", *picture)
     readable = float((depth > 0.0).mean())
     if readable < _MIN_READABLE:
         reason = f"{100 * readable:.0f} % of the picture has depth, must be at least {100 * _MIN_READABLE:.0f} %"
@@ -102,7 +102,7 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     regions = _split_by_tint(seen, smooth)
     if not regions:
         reason = f"fewer than {MIN_PIXELS // 4} connected pixels of one tint are nearer than the stand"
-        raise TooSmallError(f"{reason}, apart from its rim of {_SMOOTHING} pixels", *picture)
+        raise TooSmallError(f"{reason}, without the object's rim of {_SMOOTHING} pixels", *picture)
     for region in regions:
         for part in _split_at_waists(region):
             within[part] = num_parts
@@ -127,7 +127,7 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
         raise NothingSeenError(f"nothing is nearer than the stand, {stand_depth:g} m from the camera", *picture)
     found, largest = keep_large(mask, MIN_PIXELS)
     if not found.any():
-        reason = f"what is nearer than the stand covers {largest} pixels, must cover at least {MIN_PIXELS}"
+        reason = f"the object nearer than the stand covers {largest} pixels, must cover at least {MIN_PIXELS}"
         raise TooSmallError(reason, *picture)
     check_edge(found, picture)
     return found
