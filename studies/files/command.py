@@ -46,7 +46,7 @@ def list_files(folder: Path, containing: list[str]) -> list[Path]:
     included = {name for path in found for name in _list_included(path)}
     found = [path for path in found if path.name not in included]
     if not found:
-        raise BadValueError("--robots", "", f"is {str(folder)!r}, which has no robot's file")
+        raise BadValueError("--robots", "", f"is {str(folder)!r}, which has no robot file")
     return found
 
 

@@ -61,12 +61,14 @@ def plan(arguments: argparse.Namespace) -> Work | Task:
         return Task(partial(print_recorded, arguments.record, arguments.out, signals, arguments.seed))
     check_whole("--trials", arguments.trials, _TRIALS)
     if arguments.robots is None:
-        raise BadValueError("--robots", "", "is missing, must be a folder with example-robot-data")
+        raise BadValueError("--robots", "", "is missing, must be a folder in which example-robot-data is installed")
     folder = find_folder(arguments.robots)
     chosen = [each for each in ROBOTS if each.name in (arguments.only or _STUDIED)]
     for robot in chosen:
         if not (folder / robot.file).is_file():
-            raise BadValueError("--robots", "", f"has no {robot.file}, must be an installed example-robot-data")
+            raise BadValueError(
+                "--robots", "", f"has no {robot.file}, must be a folder in which example-robot-data is installed"
+            )
     return partial(_work, chosen, folder, arguments)
 
 

@@ -77,7 +77,7 @@ def read_pickle(path: Path) -> Any:
     except (BadValueError, MemoryError):
         raise
     except Exception as error:  # because a damaged pickle can raise anything
-        raise BadValueError(path, "", f"is no readable record: {error}") from error
+        raise BadValueError(path, "", f"is not a readable record: {error}") from error
 
 
 def read_recording(path: Path) -> Recording:
@@ -94,10 +94,10 @@ def read_recording(path: Path) -> Recording:
         )
         acceleration = np.array([np.ravel(_take(row, "ft_acc")) for row in rows])
     except (AttributeError, TypeError, IndexError, ValueError) as error:
-        raise BadValueError(path, "", f"is no record of forces and torques: {error}") from error
+        raise BadValueError(path, "", f"is not a record of forces and torques: {error}") from error
     wrong = velocity.shape[1:] != (6,) or force.shape[1:] != (6,) or acceleration.shape[1:] != (6,)
     if wrong or any(pose.shape[1:] != (4, 4) for pose in poses):
-        raise BadValueError(path, "", "is no record of poses, velocities, accelerations and wrenches")
+        raise BadValueError(path, "", "is not a record of poses, velocities, accelerations and wrenches")
     (a_WS, alpha_WS), (force_W, torque_W) = np.hsplit(acceleration, 2), np.hsplit(force, 2)
     return Recording(poses[0], poses[1], velocity[:, 3:], a_WS, alpha_WS, force_W, torque_W)
 

@@ -123,7 +123,7 @@ def read_stored(data: DataSet) -> dict[str, dict[str, Errors]]:
             for noise, stored in _STORED_NOISES.items()
         }
     except (TypeError, IndexError, ValueError) as error:
-        raise BadValueError(path, "", f"is no table of results: {error}") from error
+        raise BadValueError(path, "", f"is not a table of results: {error}") from error
 
 
 def _average_stored(percentages: Sequence[Sequence[float]]) -> Errors:
@@ -146,7 +146,7 @@ def read_parts(path: Path) -> tuple[Array, Array, Array]:
         table = np.array([line.split() for line in body.splitlines() if line.strip()], dtype=float)
         x, y, z, volume, part = (table[:, names.index(name)] for name in ("x", "y", "z", "volume", "segmentation"))
     except (ValueError, IndexError) as error:
-        raise BadValueError(path, "", f"is no table of numbers: {error}") from error
+        raise BadValueError(path, "", f"is not a table of numbers: {error}") from error
     return np.column_stack([x, y, z]), volume, part
 
 

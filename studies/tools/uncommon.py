@@ -136,7 +136,7 @@ def weigh(pi: Array, felt: TorqueStatistics, noise: NoiseModel) -> Array:
         NotImplementedError: The noise is not Weber noise.
     """
     if not isinstance(noise, WeberNoise):
-        raise NotImplementedError(f"no weights with {type(noise).__name__}")
+        raise NotImplementedError(f"no weights for noise of type {type(noise).__name__}")
     n = len(felt.features) // (2 + NUM_PARAMETERS)
     tau, tau_arm = felt.features[:n], felt.features[n : 2 * n]
     predicted = tau_arm + pi @ felt.features[2 * n :].reshape(n, NUM_PARAMETERS).T
