@@ -23,7 +23,7 @@ from studies.recorded.solids import CLASSES
 SHARES = (0.5, 0.8, 0.9)
 # Quantities in column order: mass, coordinates of the centre of mass, and moments.
 GROUPS = {"mass": MASS, "c_x": slice(1, 2), "c_y": slice(2, 3), "c_z": slice(3, 4), "moments": MOMENTS}
-# Probability of calling coverage too low by error in any of all cells.
+# Probability that coverage is called too low by mistake in at least one of all cells.
 _LEVEL = 0.01
 # Edges of the levels of mass, [kg], duration, [s], and speed, [rad/s].
 _EDGES = {"mass": (0.5, 1.5), "length": (15.0, 30.0), "speed": (0.3, 0.55)}

@@ -13,7 +13,7 @@ from affordance.arrays import Array
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
 _STEEL, _ALUMINIUM, _WOOD, _PLASTIC = 7850.0, 2700.0, 700.0, 1100.0
-_HELD_SD, _PLACED_SD = 0.03, 0.06  # SD of the distance from grip to tip, for a handle and for a box, [m]
+_HELD_SD, _PLACED_SD = 0.03, 0.06  # SD of each coordinate of the grip at the tip, handle and box, [m]
 
 
 class _Part(NamedTuple):

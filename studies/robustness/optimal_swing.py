@@ -1,8 +1,9 @@
 """Swings of least work under the dynamics of arm and tool, for comparison with minimum acceleration.
 
 The motion is a spline of degree five in joint space, from rest at the start of the given swing to the same strike: at
-the same time and place, with the same velocity and direction of the tip, and with the same room to come to rest.
-Among such motions that keep the limits of angle, velocity and torque, the search minimises the absolute work,
+the same time and place, with the same velocity of the tip, the face as square to the target, and the same room to
+come to rest. Among such motions that keep the limits of angle, velocity and torque, the search minimises the absolute
+work,
 
     integral of sum_i |tau_i v_i| dt,
 

@@ -117,9 +117,9 @@ class Learned(NamedTuple):
 
     belief: DensityBelief  # belief about the materials
     p_value: float  # p-value of the measurements under the prior
-    bound: (
-        Array  # Cramer-Rao bounds on the variances of the belief before it is restricted to positive densities, (M,)
-    )
+    # Cramer-Rao bounds on the variances of the belief before it is restricted to positive densities, (M,),
+    # [(kg/m^3)^2].
+    bound: Array
 
 
 def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:

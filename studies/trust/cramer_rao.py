@@ -64,9 +64,7 @@ def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: 
     tau = felt.tau_arm + H @ own
     weights = 1.0 / noise.compute_sd(tau) ** 2
     if isinstance(noise, WeberNoise):
-        growth = (
-            2.0 * noise.weber_fraction**2 * weights * tau
-        )  # derivative of the log variance with respect to torque
+        growth = 2.0 * noise.weber_fraction**2 * weights * tau  # derivative of the log variance by the torque
         information = H.T @ ((weights + 0.5 * growth**2)[:, None] * H)
     else:
         information = weights[0] * Phi.T @ felt.YtY @ Phi  # the same at every torque
