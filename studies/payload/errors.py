@@ -24,9 +24,7 @@ class ArmErrors:
     signal_per_torque: tuple[float, ...]  # mean signal per newton metre
     coulomb: tuple[float, ...]  # friction at low speed, [N m]
     viscous: tuple[float, ...]  # friction per speed, [N m s/rad]
-    rotor_inertia: tuple[
-        float, ...
-    ]  # inertia of the rotors as felt at the joints, missing in the robot's file, [kg m^2]
+    rotor_inertia: tuple[float, ...]  # inertia of the rotors, felt at the joints, missing in the file, [kg m^2]
     load_friction: tuple[float, float]  # smallest and largest fraction of the load that is lost to friction
     scale_common: float  # relative error of all gains, the same in every run
     scale_own: float  # relative error of each gain, the same in every run
