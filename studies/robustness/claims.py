@@ -72,8 +72,8 @@ def _judge_headlines(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, list
     return {
         "reach": [
             claim("after_one", "README", "After one trial 65 % of the choices are correct (reaching).",
-                  check("95 % interval holds 65 %, lower end", ci95[1][0], at_most=0.65),
-                  check("upper end", ci95[1][1], at_least=0.65)),
+                  check("lower end of the 95 % interval, which must contain 65 %", ci95[1][0], at_most=0.65),
+                  check("upper end of this interval", ci95[1][1], at_least=0.65)),
             claim("after_two", "README", "After two trials every choice is correct (reaching).",
                   check("upper end of the 95 % interval of correct choices after two trials",
                         ci95[2][1], at_least=0.999999999)),
@@ -91,8 +91,8 @@ def _judge_headlines(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, list
                   confirm("correct grips differ", tasks["correct_reach"] != tasks["correct_hammer"])),
             claim("work_measures_agree", "README",
                   "Absolute, positive and muscular work choose the same grip, in both tasks.",
-                  confirm("by each measure as by absolute work", all(tasks["work_measures_agree"]))),
+                  confirm("each measure chooses the grip that absolute work chooses", all(tasks["work_measures_agree"]))),
             claim("effort_differs", "README", "Effort chooses another grip than absolute work for hammering.",
-                  confirm("another grip", tasks["effort_differs"])),
+                  confirm("the chosen grips differ", tasks["effort_differs"])),
         ],
     }  # fmt: skip
