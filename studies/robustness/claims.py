@@ -91,7 +91,7 @@ def _judge_headlines(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, list
                   confirm("correct grips differ", tasks["correct_reach"] != tasks["correct_hammer"])),
             claim("work_measures_agree", "README",
                   "Absolute, positive and muscular work choose the same grip, in both tasks.",
-                  confirm("each measure chooses the grip that absolute work chooses", all(tasks["work_measures_agree"]))),
+                  confirm("each measure chooses the grip of absolute work", all(tasks["work_measures_agree"]))),
             claim("effort_differs", "README", "Effort chooses another grip than absolute work for hammering.",
                   confirm("the chosen grips differ", tasks["effort_differs"])),
         ],
