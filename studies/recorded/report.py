@@ -57,9 +57,9 @@ def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
                 " fail if sizes are wrong by a whole fifth in every hold."
             ),
             (
-                "Injected payloads pass through no sensor, so gains are exact for them. Few windows of the Panda's"
-                f" 21 s do not overlap, so coverage is counted over {config['injections']} payloads but only some"
-                " ten, four and two stretches of noise for windows of 2, 5 and 10 s."
+                "Injected payloads pass through no sensor, so gains are exact for them. Windows overlap in the"
+                f" Panda's 21 s, so coverage is counted over {config['injections']} payloads but only some ten, four"
+                " and two independent stretches of noise for windows of 2, 5 and 10 s."
             ),
             (
                 "The masses of the servo arm's objects are inside their intervals; their centres of mass are only"
@@ -82,13 +82,13 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
               check("2 s", panda["coverage_mass"]["2"], at_least=0.75),
               check("5 s", panda["coverage_mass"]["5"], at_least=0.85),
               check("10 s", panda["coverage_mass"]["10"], at_least=0.85)),
-        claim("panda_error", "ours", "In 5 s the mass is identified with an error of 35 g, root mean square.",
+        claim("panda_error", "ours", "In 5 s the root mean square error of the mass is at most 35 g.",
               check("root mean square error", panda["rmse_mass_g_5s"], G, at_most=35)),
         claim("panda_control", "ours",
               "If errors are taken for independent, intervals contain the truth in less than 15 % of the cases.",
               check("share", panda["white_coverage_mass_5s"], below=0.15)),
         claim("lbipe", "ours",
-              "The masses of three objects are inside their 90 % intervals, with an error of 9 g, root mean square.",
+              "Three weighed masses are inside their 90 % intervals, with a root mean square error of at most 9 g.",
               check("inside", n["lbipe"]["inside"], COUNT, at_least=3),
               check("root mean square error", n["lbipe"]["rmse_g"], Unit("g", digits=1), at_most=9)),
         claim("own_prior", "ours",
@@ -155,7 +155,7 @@ def _judge_ur10e(ur10e: Mapping[str, Any]) -> list[ClaimResult]:
               "Shoulder and elbow of the UR10e lose 7 to 13 % of the load to friction.",
               check("joints 2 and 3", ur10e["load_friction"], SHARE, at_least=0.07, at_most=0.13)),
         claim("ur10e_empty", "ours",
-              "An empty run taken for a loaded one has no mass, within 2.5 standard deviations of at most 30 g each.",
+              "An empty run taken for a loaded one has zero mass within 2.5 standard deviations of 30 g or less.",
               check("apparent mass divided by its standard deviation",
                     np.abs(ur10e["empty_as_load_kg"]) / ur10e["empty_as_load_sd_kg"], at_most=2.5),
               check("standard deviation", ur10e["empty_as_load_sd_kg"], G_OF_KG, at_most=0.03)),

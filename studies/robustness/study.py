@@ -1,4 +1,4 @@
-"""Study of robustness: evaluates every claim in a sample of settings that the paper does not give; one per repeat."""
+"""Study of robustness: evaluates every claim in a sample of settings; each repeat is one setting."""
 
 import csv
 import io
