@@ -178,8 +178,8 @@ def _describe_data(result: ToolsResult) -> str:
     told_apart = f"Not distinguished: {', '.join(lost)}." if lost else "All were distinguished."
     return (
         "Ten workshop tools were held, and the masses of the others were predicted before they were touched, by"
-        f" {result.config.observers} observers. Every choice was made on the learning half, of which only tools are"
-        f" judged whose materials recur in others; the test half was run once. {told_apart} In the data set's own"
+        f" {result.config.observers} observers. Every choice was made on the learning half, in which only tools whose"
+        f" materials recur in others are judged; the test half was run once. {told_apart} In the data set's own"
         f" paint, materials of {sum(painted)} of {len(painted)} tools were distinguished. {unsure} looks may be of"
         " more than one material; the belief about these is a mixture."
     )
