@@ -280,7 +280,7 @@ def find_share_of_light_ends(
 def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
     """Judges the paper's claims about figure 10."""
     p, ci95 = n["p_correct"], n["p_correct_ci95"]
-    # The claim is about this grip; the stored ratio is the other grip's work over the cheaper grip's.
+    # The claim is about this grip; the stored ratio is the costlier grip's work divided by the cheaper grip's.
     ratio = n["energy_ratio_true"] if n["correct_grip"] == grip_densest_far else 1.0 / n["energy_ratio_true"]
     below, above = (
         p[1] - ci95[1][0],
@@ -289,10 +289,10 @@ def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
     return [
         claim("correct_grip", "paper IV-D",
               "For this task the optimal choice is to grasp the wooden side of the object.",
-              check("absolute work of the other grip over that of this one, simulated with contact",
+              check("absolute work with the other grip divided by that with this one, simulated with contact",
                     ratio, RATIO, above=1)),
         claim("sufficient_force", "paper IV-D", "Efficiently hit a nail with sufficient force.",
-              check("peak force over the demanded one, each tool held by each grip, contact simulated",
+              check("peak force divided by the required one, each tool held by each grip, simulated with contact",
                     n["force_ratios"], RATIO, at_least=1, at_most=1.1)),
         claim("chance", "paper IV-D", "At the start of the experiment the robot is at chance.",
               check("correct before any experience", p[0], SHARE, at_least=0.48, at_most=0.52)),

@@ -196,7 +196,7 @@ def list_people(group: Group) -> dict[str, Published]:
 def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -> list[ClaimResult]:
     """Judges whether each learner does what people did."""
     first = [
-        check(f"first force over the force that the size predicts, {label_learner(learner)}",
+        check(f"first force divided by the force that the size predicts, {label_learner(learner)}",
               found["first_N"] / PREDICTED, at_least=0.85, at_most=1.15)
         for learner, found in n.items()
     ]  # fmt: skip
@@ -205,7 +205,7 @@ def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -
         claim("first_lift", SOURCE,
               "With each learner, the first force for the test object is what its family predicts.", *first),
         claim("fraction", f"{SOURCE}; kappa was fitted to it",
-              "Observers with drawn kinds learn the same fraction of its own weight as people.",
+              "Observers with drawn kinds learn the same fraction of the test object's own weight as people.",
               check("learned fraction, drawn kinds", n["kinds_drawn"]["f"], at_least=f.low, at_most=f.high)),
     ]  # fmt: skip
 

@@ -156,5 +156,6 @@ def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
     difference = n["density"]["spoilt"] - n["kinds_map"]["spoilt"]
     return [
         claim("apart", "ours, a prediction", "Learners differ in the force for the family after the odd object.",
-              check("share missing in the force, one density for each colour minus kinds", difference, at_least=0.2)),
+              check("missing fraction of the force, one density for each colour minus kinds",
+                    difference, at_least=0.2)),
     ]  # fmt: skip

@@ -165,16 +165,18 @@ def judge(shares: pd.DataFrame) -> list[ClaimResult]:
     advantage = get("share", 1, "density", task="reach") - get("share", 1, "density", task="hammer")
     return [
         claim("by_chance", "ours, a prediction", "Before anything is lifted, every learner is at chance.",
-              check("lower end of the interval of right shares, 0 lifts", get("low", 0), at_most=0.5),
+              check("lower end of the interval of the share of right choices, 0 lifts", get("low", 0), at_most=0.5),
               check("upper end", get("high", 0), at_least=0.5)),
-        claim("by_look", "ours, a prediction", "After two lifts, learners with densities by look are right to reach.",
-              check("lower end of the interval of right shares", get("low", 2, *by_look, task="reach"), above=0.5)),
+        claim("by_look", "ours, a prediction",
+              "After two lifts, learners with densities by look choose right to reach.",
+              check("lower end of the interval of the share of right choices",
+                    get("low", 2, *by_look, task="reach"), above=0.5)),
         claim("by_object", "ours, a prediction", "A memory of single objects does not help with the stick.",
               check("lower end of the interval, own memory, after 6 lifts", get("low", 6, own), at_most=0.5),
               check("upper end", get("high", 6, own), at_least=0.5)),
         claim("reach_first", "ours, seen in a run first",
-              "After one lift, one density for each colour is right to reach more often than to hit.",
-              check("share right to reach minus share right to hit", advantage, above=0.1)),
+              "After one lift, one density for each colour leads to right choices more often to reach than to hit.",
+              check("share of right choices to reach minus that to hit", advantage, above=0.1)),
     ]  # fmt: skip
 
 

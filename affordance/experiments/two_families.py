@@ -139,5 +139,5 @@ def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
         claim("apart", "ours, a prediction",
               "With one density for each colour, the force stays too high for large objects and too low for small "
               "ones; with kinds it does not.",
-              check("ratio of large to small, one density for each colour over kinds", ratio, at_least=1.5)),
+              check("ratio of large to small, one density for each colour divided by kinds", ratio, at_least=1.5)),
     ]  # fmt: skip

@@ -237,9 +237,9 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
                     np.diff(n["density_p75"] - n["density_p25"]), KG_PER_M3, below=0)),
         claim("drop_reduced", "paper IV-A, figure 3",
               "The drop is reduced from trial to trial, even though the mass of the objects increases.",
-              check("each drop over the drop before it; drops below 5 mm count as 5 mm",
+              check("each drop divided by the one before it; drops below 5 mm count as 5 mm",
                     drop_floored[1:] / drop_floored[:-1], at_most=1),
-              check("last drop over the first", drop[-1] / drop[0] if drop[0] else np.nan, at_most=0.25),
+              check("last drop divided by the first", drop[-1] / drop[0] if drop[0] else np.nan, at_most=0.25),
               check("growth of the mass", np.diff(n["mass_true"]), KG, above=0)),
         claim("first_object", "paper, figure 4",
               "The first object dips lower than the goal, because its density is believed lower than it is.",
@@ -253,7 +253,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
               "The decoy, much less dense than it looks, is lifted much above the desired height.",
               check("mean lift, at least five times the deviation of the last rod",
                     n["decoy_lift_m"], CM, at_least=5 * deviation[-1]),
-              check("share of observers with whom it rises", n["decoy_rises"], PERCENT, at_least=0.95)),
+              check("share of observers with which it rises", n["decoy_rises"], PERCENT, at_least=0.95)),
     ]  # fmt: skip
 
 

@@ -15,8 +15,8 @@ import scipy
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError
 
-# Standard deviations of a drawing's errors, in volume (relative) and position, [m]. On all twenty tools masses agree
-# within 0.3 % and centres of mass within 0.15 mm (docs/tools.md says which of these comparisons were blind).
+# Standard deviations of the errors of a drawing: relative for volume, [m] for position. On all twenty tools masses
+# agree within 0.3 % and centres of mass within 0.15 mm (docs/tools.md says which of these comparisons were blind).
 CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
 # Function that returns the features of an object's components, given the object and a random generator for errors.
 type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
@@ -25,7 +25,11 @@ type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 def observe(
     tool: Tool, source: FeatureSource, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures an object's features, with errors or in pictures; raises a SeeingError if a picture shows none."""
+    """Measures an object's features, with errors or in pictures.
+
+    Raises:
+        SeeingError: A picture does not show the features.
+    """
     if source is FeatureSource.FEATURES:
         return measure_features(tool, error, rng)
     # The camera and its pipeline are imported only if they are needed.
@@ -53,7 +57,7 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
 
 
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Returns the features in a tool's drawing, with its errors in volume and position of each part."""
+    """Returns the features in a tool's drawing, whose errors are those of each part's volume and position."""
     features = []
     for part in measure_features(tool, VisionError(), np.random.default_rng(0)):
         deformations = np.zeros((4, 4, 4))

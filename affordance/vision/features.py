@@ -50,14 +50,14 @@ class ComponentFeatures:
     rotation_sd: float = 0.0  # SD of the rotation about each axis, [rad]
     colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is known exactly
     lightness_sd: float = 0.0  # SD of an additional error of lightness from illumination, in units of L*
-    # Further, correlated errors of a picture, (G, 4, 4): each is an affine map minus the identity, which displaces
-    # the part's points in frame T by one SD.
+    # Further errors, which are correlated, from measurement in pictures, (G, 4, 4): each is an affine map minus the
+    # identity, and displaces the part's points in frame T by one SD.
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
     strikes: tuple[StrikingFace, ...] = ()  # striking faces, known without error
 
     @property
     def appearance(self) -> PartAppearance:
-        """Appearance of the component, by which the object is recognised."""
+        """Appearance of the component, from which the object is recognised."""
         x, y, z = (float(value) for value in self.X_TE[:3, 3])
         sizes = tuple(float(size) for size in self.shape.sizes)
         return PartAppearance(

@@ -2,7 +2,8 @@
 
 The visual prior p(lambda | v) is the belief about an object's inertia given its visual features, before it is held.
 A component's colour selects its material, and so the belief about its density. Sizes and poses determine Phi, which
-maps densities to inertial parameters, and its uncertainty to first order. Frames: T the tool, E a component.
+maps densities to inertial parameters, and their errors determine its uncertainty to first order. Frames: T the tool,
+E a component.
 """
 
 from collections.abc import Sequence
@@ -63,7 +64,7 @@ class VisualPrior(SampledSystem):
 
 
 class MaterialMemorySystem(SampledSystem):
-    """Remembers the belief about materials, and updates it when a presentation ends (the teaching signal).
+    """Remembers the belief about materials, and updates it at the end of a presentation (the teaching signal).
 
     At the end of each presentation the posterior becomes the belief, unless the measurements were too improbable to
     learn from. The colours that are remembered after a presentation are a parameter of the Context.
@@ -132,7 +133,7 @@ def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory
 def measure_geometry(
     features: Sequence[ComponentFeatures], material_indices: Sequence[int], num_materials: int
 ) -> Geometry:
-    """Computes Phi, (10, num_materials), and its errors; ``material_indices`` has the column of each component."""
+    """Computes Phi, (10, num_materials), and its errors; ``material_indices`` has each component's column."""
     Phi = build_inertia_map(
         [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
     )
@@ -146,8 +147,8 @@ def measure_geometry(
                 changes.append((index, sd * (plus - minus) / (2.0 * _STEP)))
         J = part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T
         for deformation in part.deformations:
-            # First-order change of det(D) D J D^T at D = I + deformation; det(D) accounts for the changed mass of a
-            # solid of given density.
+            # First-order change of det(D) D J D^T at D = I + deformation; the factor det(D) changes the mass of a
+            # solid of given density with its volume.
             change = deformation @ J + J @ deformation.T + np.trace(deformation) * J
             changes.append((index, parameters_from_pseudo_inertia(change)))
     errors = np.zeros((len(changes), NUM_PARAMETERS, num_materials))

@@ -1,1 +1,1 @@
-"""Study of active choice: how many holds each rule needs until the choice of tools is right."""
+"""Study of active choice: how many holds observers need with each rule until their choices of tools are right."""

@@ -1,4 +1,4 @@
-"""Worth of a hold by regression, compared with nested brute force in which the learner updates on each outcome."""
+"""Compares the worth of a hold by regression with nested brute force, where the learner updates on each outcome."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,28 +18,29 @@ from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import predict_object
 from studies.active import world as worlds
 
-# Numbers of outcomes; of draws of the belief after each for hammering, and the factor for other tasks, whose near
-# ties need more draws and whose costs are ten times faster; of draws of the belief before; and of samples of the
-# regression.
+# Number of outcomes; number of draws from the belief after each outcome for hammering, and its factor for other
+# tasks, which have near ties and therefore need more draws, but whose costs are computed ten times faster; number of
+# draws from the belief before the hold; number of samples of the regression.
 OUTCOMES, DRAWS, _OTHERS, _BEFORE, _SAMPLES = 300, 400, 5, 10_000, 4000
-# Number of regressions with other samples; the SD of their results is the error of one. Samples are spread evenly, so
-# the deviation within one regression would overstate its error.
+# Number of regressions with other samples; the SD of their results is the error of one regression. Samples are spread
+# evenly, so the deviation within one regression would overstate its error.
 _SEEDS = 16
-# Draws after each outcome: half of them pick an option and the other half price it.
+# Number of draws after each outcome: one half picks an option and the other half prices it.
 _HALVES = 2
-# Draws of an object's density in each part of the belief; one of them is an outcome.
+# Number of draws of an object's density in each part of the belief; one of them is an outcome.
 _PER_PART = 20
-# Relative error and number of standard errors within which both worths count as equal, and a negligible worth, [J].
+# Relative error and number of standard errors within which both worths count as equal, and largest worth that counts
+# as none, [J].
 _SHARE, _Z, _LEAST = 0.15, 2.0, 1e-12
 
 
 class Case(NamedTuple):
-    """Belief, decision and the object that may be held."""
+    """Belief, decision, and the object that may be held next."""
 
     held: tuple[str, ...]  # names of the objects held before
     task: str  # name of the task
     tools: tuple[str, ...]  # names of the tools to choose from; empty for all tools of the task
-    candidate: str  # name of the object
+    candidate: str  # name of the object that may be held next
 
 
 _OAK, _CAST, _RUBBER, _BRASS = "bar of oak", "rod of cast steel", "block of rubber", "pin of brass"
@@ -118,12 +119,12 @@ def price_by_brute_force(
 
     Outcomes are drawn, the learner updates on each, and all options are priced again. The belief about the object's
     density is split into as many equally probable parts as there are outcomes, and one true density is drawn from
-    each, because few outcomes in the tail may account for most of a worth. Half of the draws after an outcome pick
-    the option and the other half price it, then the halves change roles, so that noise does not count as worth.
+    each part, because a few outcomes in the tail may account for most of a worth. Half of the draws after an outcome
+    pick the option and the other half price it; then the halves change roles, so that noise does not count as worth.
     Infeasible draws cost the same as before the hold.
 
     Returns:
-        Worth for the workshop's only question, and its standard error from differences between neighbours, [J].
+        Worth for the workshop's only question, and its standard error, from differences between neighbours, [J].
     """
     rng = np.random.default_rng([seed, 0])
     _, (before,) = worlds.decide(workshop, memory, _BEFORE, rng)
@@ -141,7 +142,7 @@ def price_by_brute_force(
 def _draw_outcomes(
     workshop: worlds.Workshop, memory: MaterialMemory, name: str, outcomes: int, rng: np.random.Generator
 ) -> list[dict[Colour, float]]:
-    """Draws densities of an object of one material, in increasing order, one from each part of the belief."""
+    """Draws densities of an object of one material in increasing order, one from each part of the belief."""
     parts = measure_drawing(workshop.candidates[name])
     (colour,) = {part.colour for part in parts}
     column = memory.recall([part.appearance for part in parts], workshop.settings.prior).columns[0]
@@ -155,11 +156,11 @@ def _fall(picking: Array, pricing: Array, now: int) -> float:
 
 
 def compare_worth(config: WorthConfig, number: int) -> dict[str, NDArray[Any]]:
-    """Computes both worths for one case, given by its number.
+    """Computes both worths for the case with a given number.
 
     Returns:
-        ``relevant``, 1 if a tool contains the candidate's material; ``feasible``, the share of samples in which the
-        option that fails most often is feasible; and both worths with their standard errors, [J].
+        ``relevant``, 1 if a tool contains the candidate's material; ``feasible``, the fraction of samples in which
+        the option that fails most often is feasible; and both worths with their standard errors, [J].
     """
     case = CASES[number]
     whole = worlds.build_workshop((case.task,))

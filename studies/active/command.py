@@ -33,16 +33,16 @@ from studies.excite.study import check_recordings, measure_motions
 from studies.study import Findings, Study, Work, run_kept
 
 _COUNT = Whole(1, 100_000)
-# Blocks of a hundred observers who hold one object repeatedly.
+# Number of blocks, each of a hundred observers that hold one object repeatedly.
 _BLOCKS = 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("--data", type=Path, metavar="DIR", help="recordings, as for study recorded, for how to move (default: none)")
-    add("--pools", type=int, default=100, metavar="N", help="pools of recorded postures (default 100)")
-    add("--designs", type=int, default=1, metavar="N", help="designs of each motion (default 1)")
+    add("--data", type=Path, metavar="DIR", help="recordings as for study recorded, to study motions (default: none)")
+    add("--pools", type=int, default=100, metavar="N", help="number of pools of recorded postures (default 100)")
+    add("--designs", type=int, default=1, metavar="N", help="number of designs of each motion (default 1)")
     add_repeats(parser, 200, "simulated observers of each rule in the workshop")
     add(
         "--paper",

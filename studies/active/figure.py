@@ -27,10 +27,10 @@ def draw_rules(worlds: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> Figure:
             regret.plot(places, found["regret_J"], **style)
         right.axhline(0.95, color="0.7", linewidth=0.8)
         right.set(ylim=(0.0, 1.02), ylabel="share of right choices", title=world)
-        regret.set_ylabel("regret, sum of all choices (J)")
+        regret.set_ylabel("regret, sum over all choices (J)")
         regret.set_yscale("symlog", linthresh=0.01)
         for axes in (right, regret):
-            axes.set_xlabel("objects held before")
+            axes.set_xlabel("number of objects held before")
     rows[0, 1].legend(frameon=False)
     tidy(*rows.flat)
     return figure

@@ -1,4 +1,4 @@
-"""Predicted information of holds for a learner with kinds, compared with the information that it then gains."""
+"""Compares the predicted information of holds for a learner with kinds with the information that it then gains."""
 
 from dataclasses import replace
 from typing import Any
@@ -45,7 +45,7 @@ def compare_information(holds: int = _HOLDS) -> dict[str, Any]:
 def _learn(
     workshop: worlds.Workshop, tool: Tool, memory: MaterialMemory, number: int
 ) -> tuple[MaterialMemory, float]:
-    """Updates on a hold; returns the memory and the information gained about common kinds, for normal beliefs."""
+    """Updates on a hold; returns the memory, and the information gained about common kinds if beliefs were normal."""
     rng = np.random.default_rng([number, 1])
     deviation = workshop.settings.prior.deviation
     true = {
@@ -61,7 +61,7 @@ def _measure(memory: MaterialMemory) -> float:
 
 
 def _stretch(tool: Tool, factor: float, name: str) -> Tool:
-    """Returns a rod whose length is multiplied by a factor, which makes it another object."""
+    """Returns a rod whose length is multiplied by a factor, which makes it a different object."""
     (part,) = tool.components
     assert isinstance(part.shape, Cylinder)
     longer = replace(part.shape, length=factor * part.shape.length)

@@ -1,10 +1,10 @@
-"""Calibration of the belief about a material after one object of it was held repeatedly.
+"""Calibration of the belief about a material after one object made of it was held repeatedly.
 
-``repeat_z`` and its relatives are numbers of the study of active choice, for each material. They are the root mean
-square of z, the error of the believed mean density divided by its standard deviation, over observers who hold one
-piece of stock ten times. 1 is exact calibration; 2 means intervals of half the required width. ``repeat_z`` is for a
-lasting memory, ``repeat_z_observers`` for observers within a simulation, by their learner. ``repeat_z_anew`` is a
-control: the observer forgets each object after its hold, and so counts its deviation from its material again.
+The study of active choice reports ``repeat_z`` and its relatives for each material. They are root mean squares of z,
+the error of the believed mean density divided by its standard deviation, over observers that hold one piece of stock
+ten times. 1 is exact calibration; 2 means intervals of half the required width. ``repeat_z`` is for a lasting memory,
+and ``repeat_z_observers`` for observers in a simulation, by their learner. ``repeat_z_anew`` is a control: the
+observer forgets each object after its hold, and so counts its deviation from its material again.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -34,13 +34,13 @@ from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import predict_object
 from studies.active.world import deviate, make_stock
 
-# Function from all holds of one object to the belief about its material.
+# Function that takes all holds of one object, and returns the belief about its material.
 type _Learn = Callable[[Sequence[TrialEvidence], Sequence[ComponentFeatures], Settings], DensityBelief]
 
 
 @dataclass(frozen=True)
 class RepeatsConfig:
-    """Configuration of observers who hold one piece repeatedly."""
+    """Configuration of observers that hold one piece repeatedly."""
 
     num_observers: int = 100  # number of observers in a block
     num_holds: int = 10  # number of holds for each observer
@@ -67,7 +67,7 @@ def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
 
 
 def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Computes the root mean square for each material over all blocks, and the extremes without the control."""
+    """Computes the root mean square over all blocks for each material, and its extremes except for the control."""
     names = [piece.components[0].material.name for piece in load_stock()]
     z = {
         name: dict(zip(names, np.sqrt(np.mean(values**2, axis=(0, 1))).tolist(), strict=True))
@@ -85,7 +85,7 @@ def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 
 def load_stock() -> tuple[Tool, ...]:
-    """Loads one piece of each material: the workshop's stock, and rods of the materials missing there."""
+    """Loads one piece of each material: the workshop's stock, and rods of the materials that are missing there."""
     materials = load_materials()
     stock = load_tools(MODELS / "workshop" / "blanks.yaml", materials)
     shown = {part.material.name for piece in stock for part in piece.components}
@@ -96,7 +96,7 @@ def load_stock() -> tuple[Tool, ...]:
 def hold(
     piece: Tool, rho: float, static: StaticHold, settings: Settings, num_holds: int, rng: np.random.Generator
 ) -> list[TrialEvidence]:
-    """Holds a piece of one material and density rho, [kg/m^3], at rest, with new errors in each hold."""
+    """Holds a piece of one material with density rho, [kg/m^3], at rest, with new errors in each hold."""
     features = measure_drawing(piece)
     belief = predict_object(features, MaterialMemory(), settings.prior)
     parts = tuple(part.appearance for part in features)

@@ -9,23 +9,23 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.hold_worth import Decision, PossibleHold, compute_information
 from studies.active.world import Workshop, advise, build_hold_geometry, decide, recall_felt
 
-# Number of samples of a belief, and of normal points for the closed form.
+# Number of samples of a belief, and number of normal points for the closed form.
 NUM_SAMPLES = 2000
 _POINTS = 2000
 
-# Rule: picks one of the remaining candidates.
+# Function that picks one of the remaining candidates.
 type Rule = Callable[[Workshop, MaterialMemory, Sequence[str], np.random.Generator], str]
 
 
 def pick_by_value(workshop: Workshop, memory: MaterialMemory, left: Sequence[str], rng: np.random.Generator) -> str:
-    """Picks the object of largest worth by regression, like ``advise_hold``; any object held before may be odd."""
+    """Picks the object of largest worth by regression, as ``advise_hold`` does; any object held before may be odd."""
     seed = int(rng.integers(2**31))
     felt = recall_felt(workshop, memory)
     return advise(workshop, memory, left, num_samples=NUM_SAMPLES, seed=seed, felt=felt).next_name
 
 
 def pick_linear(workshop: Workshop, memory: MaterialMemory, left: Sequence[str], rng: np.random.Generator) -> str:
-    """Picks the object of largest worth if beliefs are normal and costs linear in densities."""
+    """Picks the object that would be worth most if beliefs were normal and costs linear in densities."""
     mu, decisions = decide(workshop, memory, NUM_SAMPLES, rng)
     C = np.cov(mu.T)
     z = rng.standard_normal((_POINTS, len(C)))
@@ -42,7 +42,7 @@ def pick_linear(workshop: Workshop, memory: MaterialMemory, left: Sequence[str],
 def pick_by_information(
     workshop: Workshop, memory: MaterialMemory, left: Sequence[str], rng: np.random.Generator
 ) -> str:
-    """Picks the object that gives most information about materials."""
+    """Picks the object that gives the most information about materials."""
     mu = memory.belief.draw_samples(rng, NUM_SAMPLES)
     covariance = np.cov(mu.T)
     found = {}
@@ -86,7 +86,7 @@ def _find_gain(workshop: Workshop, memory: MaterialMemory, name: str, mu: Array)
 
 
 def _price_linear(decision: Decision, mu: Array, shifts: Array) -> float:
-    """Computes the worth of shifts of the means, (n, M), if costs are linear in them."""
+    """Computes the worth of shifts of the means, (n, M), if costs were linear in them."""
     cost = decision.charge()
     centred = mu - mu.mean(axis=0)
     sd = np.maximum(centred.std(axis=0), 1e-9)

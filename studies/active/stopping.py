@@ -1,4 +1,4 @@
-"""Observers who follow the advice until it says stop, in drawn worlds and in worlds with one odd object."""
+"""Observers that follow the advice until it says stop, in drawn worlds and in worlds with one odd object."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from affordance.objects.colour import Colour
 from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds
 
-# Number of samples for advice; pieces of stock that are doubled in worlds with an odd object.
+# Number of samples for advice, and pieces of stock of which there are two in worlds with an odd object.
 NUM_SAMPLES, _NUM_DOUBLED = 1000, 5
 # Number of worlds drawn from the prior.
 NUM_DRAWN = 500
@@ -26,14 +26,14 @@ _REASONS = ("", "certain", "not worth its price", "impossible")
 
 @dataclass(frozen=True)
 class StopConfig:
-    """Configuration of observers who hold objects until the advice says stop."""
+    """Configuration of observers that hold objects until the advice says stop."""
 
-    # True if the materials' densities are drawn from the prior, false if they are the real ones.
+    # True if the materials' densities are drawn from the prior, false for the real densities.
     is_drawn: bool = False
-    # True if there are two pieces of stock of each material, one of which is odd: it has the density of another
-    # material.
+    # True if there are two pieces of stock of each material, and one of all pieces is odd: it has the density of
+    # another material.
     has_decoy: bool = False
-    doubts: bool = True  # true if observers report what they felt, so that one of the objects may be odd
+    doubts: bool = True  # true if observers report what they felt, so that the advice allows for an odd object
     most: int = 7  # largest number of holds
     seed: int = 0  # root of every random draw; worlds and errors are the same whether or not observers doubt
     tasks: tuple[str, ...] = worlds.TASKS  # names of the tasks
@@ -45,8 +45,8 @@ def run_observer(config: StopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     Returns:
         ``right``, (tasks,), judged by the true costs, NaN where no option can do the task; ``p_best``, (tasks,), the
         stated probability of being right; ``holds``, the number of holds; ``reason``, the index of the reason to
-        stop; and ``rests``, (tasks,), the number of objects without
-        any one of which a certain choice would be open.
+        stop; and ``rests``, (tasks,), the number of objects on each of which a certain choice depends: without it the
+        choice would be open.
     """
     rng = np.random.default_rng([config.seed, repeat, 1])
     workshop = worlds.build_workshop(config.tasks)
@@ -84,7 +84,7 @@ def run_observer(config: StopConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def double_stock(workshop: worlds.Workshop) -> worlds.Workshop:
-    """Returns the workshop with two pieces of stock of each of the tools' materials, and no others."""
+    """Returns the workshop with two pieces of stock of each of the tools' materials, and no other stock."""
     stock = dict(list(workshop.candidates.items())[:_NUM_DOUBLED])
     pattern = workshop.candidates["rod of cast steel"]
     for name, tool in list(stock.items()):
@@ -114,7 +114,7 @@ def draw_means(workshop: worlds.Workshop, rng: np.random.Generator) -> dict[Colo
 
 
 def list_configs(seed: int, repeats: int) -> dict[str, tuple[StopConfig, int]]:
-    """Lists configurations by name with numbers of observers; hammering is omitted, because it takes longest."""
+    """Lists configurations by name, with numbers of observers; hammering is left out because it takes longest."""
     tasks = ("reach", "mash")
     return {
         "drawn": (StopConfig(is_drawn=True, seed=seed, tasks=tasks), NUM_DRAWN),

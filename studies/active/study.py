@@ -1,4 +1,4 @@
-"""Numbers of the study of active choice: right choices against holds, for each rule that picks what is held."""
+"""Numbers of the study of active choice: right choices after each number of holds, for each rule."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds
 from studies.active.rules import RULES
 
-# Largest number of holds after which choices are judged: in the workshop (all objects), and in the paper's world.
+# Largest number of holds after which choices are judged, in the workshop (all objects) and in the paper's world.
 HORIZON, PAPER_HORIZON = 9, 4
-# Required share of right choices, and cost of an infeasible choice relative to the dearest feasible one.
+# Required share of right choices, and cost of an infeasible choice relative to the most expensive feasible one.
 _RIGHT, _FAILED = 0.95, 2.0
 _NUM_JUDGED = 1000
 # Number of timed calls; the first, which fills caches, is discarded.
@@ -43,8 +43,8 @@ def run_observer(config: ActiveConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Lets an observer hold one object after the other.
 
     Returns:
-        ``right``, (holds + 1, tasks); ``regret``, the cost above the least, (holds + 1, tasks), [J]; ``held``, the
-        index of each object held, (holds,).
+        ``right``, (holds + 1, tasks); ``regret``, the excess over the least cost, (holds + 1, tasks), [J]; ``held``,
+        the indices of the objects held, (holds,).
     """
     workshop = config.build()
     true = worlds.draw_world(workshop, np.random.default_rng([config.seed, repeat, 1]))
@@ -80,7 +80,7 @@ def _judge(
 
 
 def count_holds(right: NDArray[Any]) -> int:
-    """Counts the holds after which at least .95 of choices stay right; one more than the horizon if never."""
+    """Counts the holds after which at least .95 of choices stay right; the horizon plus one if they never do."""
     shares = right.mean(axis=(0, 2))
     reached = shares >= _RIGHT
     stays = np.flatnonzero(~reached)
@@ -129,7 +129,7 @@ def _describe(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str, Any]
 
 
 def time_advice(tasks: tuple[str, ...] = worlds.TASKS) -> float:
-    """Measures the CPU time of advice per candidate, the median of several calls, [ms]."""
+    """Measures the CPU time of advice per candidate as the median of several calls, [ms]."""
     workshop = worlds.build_workshop(tasks)
     names = list(workshop.candidates)
     memory = worlds.start_memory(workshop, start_learner())

@@ -1,4 +1,4 @@
-"""Workshop in which observers may hold pieces of stock before they choose tools: true costs and observations."""
+"""Workshop in which observers may hold pieces of stock before they choose tools, with true costs and observations."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -40,7 +40,7 @@ _PAPERS, _PAPERS_TASKS = ("brass", "steel", "beech"), ("reach", "hammer")
 _NUM_OTHERS = 4
 # Duration of a simulated hold, [s].
 _DURATION = 1.0
-# Smallest density of an object, as a share of its material's mean.
+# Smallest density of an object, as a fraction of its material's mean.
 _LEAST = 0.3
 
 
@@ -62,7 +62,7 @@ class TrueWorld(NamedTuple):
 
 @lru_cache(maxsize=1)
 def build_workshop(tasks: tuple[str, ...] = TASKS) -> Workshop:
-    """Builds the workshop: five pieces of stock, one more of each of four other materials, hammers, kitchen tools.
+    """Builds the workshop: five pieces of stock, one piece of each of four other materials, hammers, kitchen tools.
 
     Hammers are for hammering and reaching, kitchen tools for mashing.
     """
@@ -80,7 +80,7 @@ def build_workshop(tasks: tuple[str, ...] = TASKS) -> Workshop:
 
 @lru_cache(maxsize=1)
 def build_paper_world() -> Workshop:
-    """Builds the paper's world: two tools of Simulation II, rods and blocks; ten choices of a new tool's grip."""
+    """Builds the paper's world: two tools of Simulation II, rods and blocks, and ten choices of a new tool's grip."""
     materials = load_materials()
     rod, block = (load_tools(MODELS / "workshop" / "blanks.yaml", materials)[place] for place in (1, 2))
     held = load_tools(MODELS / "tools" / "com.yaml", materials)[:2]
@@ -112,7 +112,7 @@ def make_stock(pattern: Tool, kind: str, material: Material) -> Tool:
 def draw_world(
     workshop: Workshop, rng: np.random.Generator, means: Mapping[Colour, float] | None = None
 ) -> TrueWorld:
-    """Draws an observer's world, in which every object deviates from its materials; means None for real densities."""
+    """Draws an observer's world, in which every object deviates from its materials; means are real if None."""
     deviation = workshop.settings.prior.deviation
     means = means or {each.colour: each.density for each in load_materials().values()}
     densities: dict[str, dict[Colour, float]] = {}
@@ -138,7 +138,7 @@ def draw_parameters[K](
     deviation: float,
     rng: np.random.Generator,
 ) -> Array:
-    """Draws the true parameters, (10,), of an object from the material of each part and the materials' means."""
+    """Draws an object's true parameters, (10,), given the material of each part and the materials' mean densities."""
     kinds = list(dict.fromkeys(materials))
     geometry = measure_geometry(features, [kinds.index(each) for each in materials], len(kinds))
     pi: Array = geometry.Phi @ deviate([means[kind] for kind in kinds], deviation, rng)
@@ -146,7 +146,7 @@ def draw_parameters[K](
 
 
 def deviate(means: Sequence[float], deviation: float, rng: np.random.Generator) -> Array:
-    """Draws the densities of an object, with one deviation from the mean of each of its materials, (M,), [kg/m^3].
+    """Draws the densities of an object, (M,), [kg/m^3], with one deviation from the mean for each of its materials.
 
     ``deviation`` is the standard deviation as a fraction of the mean.
     """
@@ -155,7 +155,7 @@ def deviate(means: Sequence[float], deviation: float, rng: np.random.Generator) 
 
 
 def find_true_costs(choice: Choice, truths: Mapping[str, Array], criterion: Criterion = Criterion.WORK) -> Array:
-    """Computes the costs of all options, infinite where infeasible, (options,), for tools' true parameters."""
+    """Computes the costs of all options for the tools' true parameters, (options,), infinite where infeasible."""
     pi = np.array(
         [build_transform_map(np.linalg.inv(option.X_TG)) @ truths[option.object_name] for option in choice.options]
     )
@@ -213,7 +213,7 @@ def hold(
 
 @lru_cache(maxsize=1)
 def _get_runner(settings: Settings) -> TrialRunner:
-    """Returns the runner of simulated holds; objects are seen as they are drawn, as when advice is given."""
+    """Returns the runner of simulated holds; objects are seen as in their drawings, as when advice is given."""
     return TrialRunner(settings, eye=lambda tool, rng: measure_drawing(tool))
 
 
@@ -242,12 +242,12 @@ def learn(
         belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation
     )
     felt = learned.memory.recall([part.appearance for part in parts], settings.prior).felt
-    assert felt is not None  # because the object was just learned from
+    assert felt is not None  # because the learner has just learned from this object
     return learned.memory, felt
 
 
 def recall_felt(workshop: Workshop, memory: MaterialMemory) -> dict[str, FeltObject]:
-    """Returns the candidates that were held before, with their likelihoods in the memory."""
+    """Returns the candidates that were held before, with their likelihoods from the memory."""
     felt = {}
     for name, tool in workshop.candidates.items():
         found = memory.recall([part.appearance for part in measure_drawing(tool)], workshop.settings.prior).felt
@@ -266,7 +266,7 @@ def build_hold_geometry(workshop: Workshop, name: str, memory: MaterialMemory) -
 def decide(
     workshop: Workshop, memory: MaterialMemory, num_samples: int, rng: np.random.Generator
 ) -> tuple[Array, list[Decision]]:
-    """Draws materials' means, (S, M), and the costs of all options given these."""
+    """Draws materials' means, (S, M), and the costs of all options given each draw."""
     mu = memory.belief.draw_samples(rng, num_samples)
     deviation = workshop.settings.prior.deviation
     decisions = []

@@ -1,1 +1,1 @@
-"""Study of the paper's claims across the arms of many robots."""
+"""Study that tests the paper's claims on the arms of many robots."""

@@ -42,21 +42,21 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def choose_robots(folder: Path, only: Sequence[str] = ()) -> list[Robot]:
-    """Returns the robots to study; all if none is named.
+    """Returns the robots to study: those in ``only``, or all of them if it is empty.
 
     Raises:
-        BadValueError: The folder has none of their files.
+        BadValueError: The folder has no file of these robots.
     """
     chosen = [robot for robot in ROBOTS if not only or robot.name in only]
     if not any((find_folder(folder) / robot.file).is_file() for robot in chosen):
-        problem = f"is {str(folder)!r}, which has none of the robots' files, such as {chosen[0].file}"
+        problem = f"is {str(folder)!r}, which has no file of these robots, such as {chosen[0].file}"
         wheel = "pip install --target FOLDER --no-deps example-robot-data==6.0.0 puts them into FOLDER"
         raise BadValueError("--robots", "", f"{problem}; {wheel}")
     return chosen
 
 
 def _work(chosen: Sequence[Robot], robots: Path, config: RunConfig, jobs: int, out: Path) -> Iterator[Findings]:
-    """Studies robot after robot; stores each result, and writes all results so far after each robot."""
+    """Studies one robot after the other; stores each result, and writes all results so far after each robot."""
     found: dict[str, Any] = {}
     for robot in chosen:
         _LOG.info("%s", robot.name)
@@ -73,4 +73,4 @@ def _work(chosen: Sequence[Robot], robots: Path, config: RunConfig, jobs: int, o
         )
 
 
-STUDY = Study("the paper's claims on the arms of the wheel example-robot-data", add_arguments, plan, folder="")
+STUDY = Study("test the paper's claims on the arms in the wheel example-robot-data", add_arguments, plan, folder="")

@@ -1,4 +1,4 @@
-"""Figure of the study of arms: how far each arm sags and why, and how much the grips' costs differ."""
+"""Figure of the study of arms: how far each arm sags and why, and how much the costs of grips differ."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -11,7 +11,7 @@ from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from studies.arms.report import FREE, get_excess, get_mass_ratio
 
 _FONT = 7.5
-_FALL = "fall of the first object, simulated (cm)"
+_FALL = "simulated fall of the first object (cm)"
 _MASS = "effective mass of the arm, up and down at the hand,"
 
 
@@ -40,8 +40,8 @@ def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: 
     ends = np.array(axes.get_xlim())
     span = np.array([max(0.05, 0.5 * ends[0]), 1.2 * ends[1]])
     axes.plot(span, span, "-", color="#000000", linewidth=0.8, label="as predicted")
-    axes.plot([], [], "o", color=OBJECT_COLOURS[0], label="as in the file (squares: a limit active)")
-    _finish(axes, "fall predicted, (1 + 1/N) T²/6 of the unforeseen acceleration (cm)", _FALL)
+    axes.plot([], [], "o", color=OBJECT_COLOURS[0], label="rotors as in the file (squares: a limit active)")
+    _finish(axes, "predicted fall, (1 + 1/N) T²/6 times the unforeseen acceleration (cm)", _FALL)
     axes.legend(frameon=False, fontsize=_FONT, loc="upper left")
 
 
@@ -54,7 +54,7 @@ def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappi
         x, y = [get_mass_ratio(sag) for sag in path], [100.0 * sag["simulated"] for sag in path]
         axes.plot(x, y, "-", color=OBJECT_COLOURS[1], linewidth=0.7)
     axes.plot([], [], "-", color=OBJECT_COLOURS[1], label="the same arm with rotors up to 0.3 kg m²")
-    _finish(axes, f"{_MASS}\nover the mass of the object", _FALL)
+    _finish(axes, f"{_MASS}\ndivided by the mass of the object", _FALL)
     axes.legend(frameon=False, fontsize=_FONT, loc="upper right")
 
 
@@ -67,13 +67,15 @@ def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappin
         if able:
             axes.plot([], [], marker, color=colour, markersize=6.0, label=task)
     _finish(
-        axes, f"{_MASS}\nover the mass of the first object of Simulation I", "extra cost of the more costly grip (%)"
+        axes,
+        f"{_MASS}\ndivided by the mass of the first object of Simulation I",
+        "extra cost of the costlier grip (%)",
     )
     axes.legend(frameon=False, fontsize=_FONT)
 
 
 def _mark(axes: Axes, name: str, x: float, y: float, marker: str = "o", colour: str = "") -> None:
-    """Plots the named point of an arm, our arm in a separate colour unless one is given."""
+    """Plots and names the point of an arm; our own arm has its own colour unless a colour is given."""
     colour = colour or OBJECT_COLOURS[2 if name == "ours" else 0]
     axes.plot(x, y, marker, color=colour, markersize=6.0)
     if name:

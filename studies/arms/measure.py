@@ -1,14 +1,15 @@
 """Sag of an arm that is given an object heavier than it believes, and its prediction by a formula.
 
-The arm sags until the acceleration of its plan, times the believed inertia, balances the unforeseen torque. A plan of
-minimum acceleration in N steps from rest, at a distance e from its goal, starts with an acceleration of
-6 N / (N + 1) e / T^2, so
+The arm sags until the torque of its plan, which is the planned acceleration times the believed inertia, balances the
+unforeseen torque. A plan of minimum acceleration in N steps from rest, at a distance e from its goal, starts with an
+acceleration of 6 N / (N + 1) e / T^2, so
 
     e = (1 + 1 / N) T^2 / 6 M^-1 Y (pi - pi_believed)
 
-where M is the mass matrix under the believed load, for a torque that is held (plant/arm_model.py). The heavier arm
-and rotors are at the hand, the less the arm sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the unforeseen
-mass, divided by the sum of the arm's own effective mass and the believed mass.
+where M is the mass matrix under the believed load, for a torque that is held constant in each step
+(plant/arm_model.py). The heavier arm and rotors are at the hand, the less the arm sags: along the vertical, by
+(1 + 1 / N) T^2 g / 6 times the unforeseen mass, divided by the sum of the arm's own effective mass and the believed
+mass.
 """
 
 import dataclasses
@@ -28,10 +29,10 @@ from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 
-# Duration of a hold, long enough for the sag to be over, [s].
+# Duration of a hold, long enough for the sag to reach its end, [s].
 _HOLD = 1.5
-# Number of timed holds. The fastest counts, because other processes only slow a hold down, and the first hold also
-# builds the Diagram.
+# Number of timed holds. The fastest one counts, because other processes can only slow a hold down, and because the
+# first hold also builds the Diagram.
 _TIMES = 3
 
 
@@ -45,15 +46,15 @@ class Sag(NamedTuple):
     rate: float  # largest ratio of a joint's velocity to its limit, [1]
     rate_joint: str  # name of that joint
     limited: float  # fraction of the control periods in which a limit was active
-    real_time_factor: float  # simulated time over processor time, of the fastest of three holds
+    real_time_factor: float  # simulated time divided by processor time, in the fastest hold
 
 
 def measure_sag(
     models: Path, tool_index: int = 0, task_models: Path | None = None, changes: Changes = NO_CHANGES
 ) -> Sag:
-    """Simulates an arm without experience that is given an object of Simulation I.
+    """Simulates a hold by an arm without experience, which is given an object of Simulation I.
 
-    The objects are those of the arm's folder of models, or of ``task_models``.
+    The objects come from the arm's folder of models, or from ``task_models`` if given.
     """
     settings = change_settings(Settings(arm=models / ARM.name), changes)
     settings = dataclasses.replace(settings, log_period=settings.control_period)

@@ -1,4 +1,4 @@
-"""Comparison of an imported arm with Pinocchio, which reads the robot's file and freezes joints independently."""
+"""Compares an imported arm with Pinocchio, which reads the robot's file and freezes joints independently."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,12 +12,12 @@ from affordance.robots.home import plant_arm
 from affordance.robots.importer import ImportOptions, read_arm
 from affordance.robots.reduced_arm import ReducedArm
 
-# Number of states, and largest joint velocities and accelerations in them, [rad/s, rad/s^2].
+# Number of states, and largest joint velocities and accelerations in these, [rad/s, rad/s^2].
 _STATES, _RATE, _ACCELERATION = 20, 2.0, 5.0
 
 
 class ParityError(NamedTuple):
-    """Largest differences over random states, each relative to the largest number compared."""
+    """Largest differences over random states, each relative to the largest of the numbers compared."""
 
     mass_matrix: float
     gravity: float
@@ -31,9 +31,9 @@ class ParityError(NamedTuple):
 
 
 def compute_parity(path: Path, options: ImportOptions, seed: int = 0) -> ParityError:
-    """Compares an arm whose other joints are frozen at random with Pinocchio's reduced model of the same file.
+    """Compares an arm, whose other joints are frozen at random, with Pinocchio's reduced model from the same file.
 
-    Damping is omitted on our side, because Pinocchio's inverse dynamics omits it.
+    Damping is left out on our side, because Pinocchio's inverse dynamics leaves it out.
 
     Raises:
         ImportError: Pinocchio is not installed.
@@ -46,7 +46,7 @@ def compute_parity(path: Path, options: ImportOptions, seed: int = 0) -> ParityE
 
 
 def draw_posture(read: ReducedArm, rng: np.random.Generator) -> dict[str, float]:
-    """Draws values for all joints but the arm's own, within their limits, or half a turn if they have none."""
+    """Draws values of all joints except the arm's, within their limits, or within half a turn if they have none."""
     tree, chain = read.tree, set(read.joint_names)
     values = {}
     for joint in tree.joints_above.values():
@@ -59,7 +59,7 @@ def draw_posture(read: ReducedArm, rng: np.random.Generator) -> dict[str, float]
 
 
 def _build_reduced(path: Path, imported: ReducedArm) -> tuple[Any, int]:
-    """Builds Pinocchio's model with the same joints frozen; returns it and the index of the tip's frame."""
+    """Builds Pinocchio's model with the same joints frozen; returns it and the index of its frame at the tip."""
     import pinocchio
 
     if imported.tree.description.kind == "mjcf":
@@ -77,7 +77,7 @@ def _build_reduced(path: Path, imported: ReducedArm) -> tuple[Any, int]:
         value = imported.frozen.get(name)
         if value is not None and joint.nq == 1:
             q[joint.idx_q] = value
-        elif value is not None and joint.nq == 2:  # a continuous joint, as a point of the unit circle
+        elif value is not None and joint.nq == 2:  # a continuous joint, whose value is a point on the unit circle
             q[joint.idx_q : joint.idx_q + 2] = np.cos(value), np.sin(value)
     reduced = pinocchio.buildReducedModel(model, locked, q)
     return reduced, reduced.getFrameId(imported.chain.tip.name(), pinocchio.FrameType.BODY)
@@ -128,7 +128,7 @@ def _compare(imported: ReducedArm, reduced: Any, tip: int, rng: np.random.Genera
 
 
 def _write_angles(model: Any, q: Array) -> Array:
-    """Converts angles to Pinocchio's configuration, with continuous joints as points of the unit circle."""
+    """Converts angles to Pinocchio's configuration, in which continuous joints are points on the unit circle."""
     written = np.zeros(model.nq)
     for number, angle in enumerate(q, start=1):
         joint = model.joints[number]

@@ -1,4 +1,4 @@
-"""Report of the study of arms: what became of the claims on each robot, and what decides how far its arm sags."""
+"""Report of the study of arms: which claims hold on each robot, and what decides how far its arm sags."""
 
 import math
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from studies.arms.robot_study import EXPERIMENTS, OK
 type Found = Mapping[str, Mapping[str, Any]]
 
 _TASKS = {"reach": "reaching", "hammer": "hammering"}
-# Fraction of control periods with an active limit up to which an arm counts as free.
+# Largest fraction of control periods with an active limit for which an arm counts as free of limits.
 FREE = 0.05
 
 
@@ -23,20 +23,20 @@ def select_loaded(found: Found) -> dict[str, Mapping[str, Any]]:
 
 
 def describe(found: Found, ours: Mapping[str, Any]) -> Section:
-    """Describes what was found of all robots, and of the arm that comes with the program."""
+    """Describes the results of all robots, and of the arm that comes with the program."""
     header = ["robot", "joints, frozen", "parity", "payload (kg)", "torque at home", *EXPERIMENTS]
-    header += ["x real time", "first drop (cm)", "more costly grips (%)", "claims met"]
+    header += ["x real time", "first drop (cm)", "extra cost of the costlier grip (%)", "claims met"]
     caption = (
-        "Every robot. Torque at home is the largest share of a torque limit with an empty hand; the last but one"
-        " column shows by how much the more costly grip exceeds the other one in reaching and in hammering."
+        "All robots. Torque at home is the largest fraction of a torque limit with an empty hand; the last column but"
+        " one shows by how much the costlier grip exceeds the other one in reaching and in hammering."
     )
     figure = ReportFigure(
         file="arms.png",
         caption=(
-            "Left: fall of the first object of Simulation I in the hand of each arm, simulated, against the"
-            " prediction of the formula, which has no constant to fit. Middle: the same fall against how heavy the"
-            " arm is at the hand; green lines give every joint of an arm rotors of 0.03, 0.1 and 0.3 kg m². Right:"
-            " by how much the more costly grip of the stick exceeds the other one."
+            "Left: simulated fall of the first object of Simulation I in the hand of each arm, against the fall"
+            " predicted by the formula, which has no constant to fit. Middle: the same fall against how heavy the"
+            " arm is at the hand; for the green lines every joint of an arm has rotors of 0.03, 0.1 and 0.3 kg m²."
+            " Right: by how much the costlier grip of the stick exceeds the other one."
         ),
     )
     return Section(
@@ -54,7 +54,7 @@ def describe(found: Found, ours: Mapping[str, Any]) -> Section:
 
 
 def count(found: Found) -> dict[str, Any]:
-    """Counts what claims are about, over all robots; None where nothing could be measured."""
+    """Counts the results that the claims are about, over all robots; a count is None if nothing could be measured."""
     metrics = [one["metrics"] for one in select_loaded(found).values()]
     required = [one["metrics"]["experiments"] for one in found.values() if one["required"]]
     parities = [each["parity_error"] for each in metrics if each["parity_error"] is not None]
@@ -67,48 +67,48 @@ def count(found: Found) -> dict[str, Any]:
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges the claims by the numbers of ``count``."""
+    """Judges the claims from the numbers of ``count``."""
     complete = n["num_complete"] / n["num_required"] if n["num_required"] else math.nan
     parity, factor = ([] if n[key] is None else n[key] for key in ("parity_error", "real_time_factor"))
     return [
-        claim("complete", "ours", "All four simulations run on the arms that were asked for, from unedited files.",
-              check("robots with four simulations, of those that must have them",
+        claim("complete", "ours", "All four simulations run on the arms that must support them, from unedited files.",
+              check("share of these robots on which four simulations ran",
                     complete, Unit("%", 100.0, 0), at_least=1)),
         claim("parity", "ours", "Mass matrix, gravity, inverse dynamics and tip pose agree with Pinocchio.",
               check("largest relative difference", parity, at_most=1e-9)),
-        claim("real_time", "ours", "A hold is simulated at least five times as fast as it takes.",
+        claim("real_time", "ours", "A hold is simulated at least five times as fast as real time.",
               check("smallest real-time factor", factor, Unit(digits=1), at_least=5)),
     ]  # fmt: skip
 
 
 def _summarise(loaded: Found, ours: Mapping[str, Any]) -> str:
-    """Summarises falls, costs and rates of the robots that were imported."""
+    """Summarises falls, costs and velocities of the robots that were imported."""
     sentences = [
-        "The simulations on the arms of robots as their makers ship them, each with a path, a blow and objects"
-        " that it can do."
+        "The simulations run on the arms of robots as their makers ship them, each with a path, a blow and objects"
+        " that the arm can manage."
     ]
     if not loaded:
         return f"{sentences[0]} No robot was imported."
     sentences.append(
-        "An arm sags under an object that it takes for lighter than it is by (1 + 1/N) T²/6 times the acceleration"
-        " that it did not foresee, with T the horizon of its plan and N its steps. That acceleration is g times the"
-        " mass not foreseen, over the sum of the arm's own effective mass at the hand and the believed mass. Nothing"
-        " is fitted."
+        "An arm sags under an object that is heavier than it believes, by (1 + 1/N) T²/6 times the acceleration"
+        " that it did not foresee, where T is the horizon of its plan and N its number of steps. That acceleration is"
+        " g times the unforeseen mass, divided by the sum of the arm's own effective mass at the hand and the"
+        " believed mass. Nothing is fitted."
     )
     sags = [one["sag"] for one in loaded.values()]
     ratios = [sag["simulated"] / sag["predicted"] for sag in sags if sag["limited"] <= FREE]
     if ratios:
         sentences.append(
             f"On the {len(ratios)} arms that meet no limit the first object falls {min(ratios):.2f} to"
-            f" {max(ratios):.2f} times as far as predicted: it overshoots a small fall, and turns away under a"
-            " large one."
+            f" {max(ratios):.2f} times as far as predicted: a small fall overshoots, and in a large fall the arm's"
+            " posture changes."
         )
     drops = sorted(((one["weight"]["drop_m"][0], name) for name, one in loaded.items() if "weight" in one))
     if drops:
         (least, of_least), (most, of_most) = drops[0], drops[-1]
         own = 100.0 * ours["weight"]["drop_m"][0] if "weight" in ours else math.nan
         sentences.append(
-            f"The first drop is {100.0 * least:.1f} cm ({of_least}) to {100.0 * most:.1f} cm ({of_most}); for our"
+            f"The first drop is {100.0 * least:.1f} cm ({of_least}) to {100.0 * most:.1f} cm ({of_most}); on our"
             f" own arm it is {own:.1f} cm."
         )
     for task in _TASKS:
@@ -117,24 +117,24 @@ def _summarise(loaded: Found, ours: Mapping[str, Any]) -> str:
             works = [get_excess(one, task) for one in arms]
             rho = float(spearmanr([get_mass_ratio(one["sag"]) for one in arms], works).statistic)
             sentences.append(
-                f"In {_TASKS[task]} the more costly grip costs {100.0 * min(works):.1f} to"
-                f" {100.0 * max(works):.1f} % more; the rank correlation with the arm's effective mass over the"
-                f" object's is {rho:.2f}."
+                f"In {_TASKS[task]} the costlier grip costs {100.0 * min(works):.1f} to"
+                f" {100.0 * max(works):.1f} % more; its rank correlation with the arm's effective mass divided by"
+                f" the object's mass is {rho:.2f}."
             )
     over = {name: one["heavy"] for name, one in loaded.items() if one["heavy"]["rate"] > 1.0}
     if over:
         rates = ", ".join(f"{name} {heavy['rate']:.2f} ({heavy['rate_joint']})" for name, heavy in over.items())
         sentences.append(
-            "Limits of rate are kept in the plan, by the believed inertia: under a wrong belief a joint exceeds"
-            " its limit by what it accelerates beyond its plan in a step of the plan (20 ms). The first time the"
-            f" heaviest object is held, the largest rates over their limits are {rates}; on all other arms they are"
-            " less than 1."
+            "The plan keeps the limits of velocity under the believed inertia. Under a wrong belief a joint exceeds"
+            " its limit by the velocity that it gains beyond its plan in one step (20 ms). When the heaviest object"
+            f" is held for the first time, the largest ratios of velocity to limit are {rates}; on all other arms"
+            " they are less than 1."
         )
     return " ".join(sentences)
 
 
 def list_verdicts(found: Found) -> tuple[Table, ...]:
-    """Tabulates the verdict on each claim of the experiments by robot; returns no table if there are no claims."""
+    """Tabulates by robot whether each claim of the experiments is met; returns no table if there are no claims."""
     known = {name: one["claims"] for name, one in found.items() if one.get("claims")}
     texts = dict.fromkeys((task, text) for claims in known.values() for task in claims for text in claims[task])
     words = {True: "met", False: "not met", None: "-"}
@@ -142,17 +142,17 @@ def list_verdicts(found: Found) -> tuple[Table, ...]:
         [f"{task}: {text}", *(words[claims.get(task, {}).get(text)] for claims in known.values())]
         for task, text in texts
     ]
-    caption = "What became of the simulations' claims on each robot."
+    caption = "Whether the simulations' claims are met on each robot."
     return (Table(caption, ["claim", *known], rows),) if rows else ()
 
 
 def get_excess(one: Mapping[str, Any], task: str) -> float:
-    """Returns the extra work of the more costly grip, over that of the other."""
+    """Returns by what fraction the work of the costlier grip exceeds that of the other."""
     return float(one[task]["energy_ratio_true"]) - 1.0
 
 
 def get_mass_ratio(sag: Mapping[str, Any]) -> float:
-    """Returns the effective mass of an arm over that of the object that it holds."""
+    """Returns the effective mass of an arm divided by the mass of the object that it holds."""
     return float(sag["arm_mass"] / sag["object_mass"])
 
 

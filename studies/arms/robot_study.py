@@ -1,4 +1,4 @@
-"""Study of one arm, which is imported, measured, and run through all experiments; results are stored."""
+"""Studies one arm: imports and measures it, runs all experiments on it, and stores the results."""
 
 import dataclasses
 import json
@@ -25,11 +25,11 @@ from studies.study import keep_result
 
 OK = "ok"
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
-# Rotor inertias that are tried at every joint, in addition to zero, for robots whose file has none, [kg m^2].
+# Rotor inertias that are tried at every joint, in addition to zero, for robots whose file gives none, [kg m^2].
 ROTORS = (0.03, 0.1, 0.3)
-# Index of the heaviest object of Simulation I, with which limits are most at risk.
+# Index of the heaviest object of Simulation I, which is the most likely to make the arm reach limits.
 _HEAVIEST = 3
-# Results of experiments that the paper's claims use.
+# Results of experiments that the paper's claims depend on.
 _OUTCOMES = {
     "weight": ("drop_m", "decoy_lift_m", "decoy_rises", "periods_limited"),
     "com": ("mass_error", "com_error_m", "height_extreme_m"),
@@ -49,10 +49,10 @@ class RunConfig:
 
 
 def study_robot(robot: Robot, robots: Path, config: RunConfig, out: Path, jobs: int) -> dict[str, Any]:
-    """Studies one robot, from its file in the folder of robots.
+    """Studies one robot from its file in the folder of robots.
 
     Returns:
-        Numbers for other programs under ``metrics``, and further numbers that explain them.
+        Numbers for other programs in ``metrics``, and further numbers that explain them.
     """
     path = robots / robot.file
     try:
@@ -104,10 +104,10 @@ _ALL = Path(__file__).parents[1]
 
 
 def run_program(name: str, models: Path, out: Path, config: RunConfig, jobs: int = 1) -> dict[str, Any] | str:
-    """Runs an experiment into a folder; observers simulated before are not simulated again.
+    """Runs an experiment into a folder; observers whose results are stored there are not simulated again.
 
     Returns:
-        Metrics, with the claims under ``claims``; or the reason, in one line, why the experiment cannot be run.
+        Metrics, with the claims in ``claims``; or, in one line, the reason why the experiment cannot run.
     """
     try:
         settings = change_settings(Settings(arm=models / ARM.name), dict(config.changes))
@@ -126,7 +126,7 @@ def _run_and_measure(
     """Runs every possible experiment, and measures the sag with the first and the heaviest object.
 
     Returns:
-        Metrics of each experiment, or the reason why it cannot be run; and the numbers to store.
+        Metrics of each experiment, or the reason why it cannot run; and the numbers to store.
     """
     changes = dict(config.changes)
     ran = {name: run_program(name, models, out, config, jobs) for name in EXPERIMENTS}
@@ -142,7 +142,7 @@ def _run_and_measure(
 def _measure_with_rotors(
     path: Path, robot: Robot, rotor: float, models: Path, config: RunConfig, out: Path
 ) -> dict[str, Any]:
-    """Measures the sag of the first hold with a rotor inertia at every joint."""
+    """Measures the sag of the first hold when every joint has a given rotor inertia."""
     arm, home = extract_arm(path, dataclasses.replace(robot.options, rotor_inertia={"": rotor}))
     folder = out / "imported" / "with_rotors"
     write_text(folder / "arm.sdf", write_arm(arm, {}, path.name))
@@ -152,7 +152,7 @@ def _measure_with_rotors(
 
 
 def _list_changed(models: Path) -> list[str]:
-    """Lists the values of the tasks that differ from ours, each with old value, new value and reason."""
+    """Lists the values of the tasks that differ from ours, each with its old value, new value and reason."""
     files = [
         models / "nail.yaml",
         *(path for name in ("paths", "tools") for path in sorted((models / name).glob("*.yaml"))),

@@ -14,8 +14,8 @@ class Robot(NamedTuple):
     name: str  # name of the arm in the study
     file: str  # path of its file within the folder of robots
     tip: str  # name of the link or frame that holds objects
-    required: bool = True  # true if all four experiments are to run on the arm; others may be refused with a reason
-    up: str = "z"  # axis of the root that points up
+    required: bool = True  # true if all four experiments must run on the arm; other arms may be refused with a reason
+    up: str = "z"  # axis of the root link that points up
 
     @property
     def options(self) -> ImportOptions:
@@ -35,7 +35,7 @@ ROBOTS = (
     Robot("kinova", "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector"),
     Robot(
         "human", "human_description/robots/human.urdf", "right_hand"
-    ),  # y is up in the file: with z up it lies down; if it is upright, its path cannot be followed
+    ),  # in the file y is up; with z up the robot would lie down, and upright it cannot follow its path
     Robot("ur3", "ur_description/urdf/ur3_robot.urdf", "tool0", required=False),
     Robot("tiago", "tiago_description/robots/tiago.urdf", "arm_tool_link", required=False),
     Robot("g1", "g1_description/urdf/g1_29dof_rev_1_0.urdf", "left_rubber_hand", required=False),
@@ -55,5 +55,5 @@ ROBOTS = (
 
 
 def find_folder(folder: Path) -> Path:
-    """Returns the folder of robots below the folder of the package, or that folder itself."""
+    """Returns the folder of robots in the package's folder, or the given folder if it is that already."""
     return folder / _ROBOTS if (folder / _ROBOTS).is_dir() else folder

@@ -1,1 +1,1 @@
-"""Study of how to move while weighing: designs of motions, compared by the errors of identification."""
+"""Study of how to move while weighing: compares designs of motions by the errors of identification."""

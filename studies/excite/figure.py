@@ -9,7 +9,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter, NullLocat
 
 from affordance.reporting.figures import LINE_STYLES, MARKERS, OBJECT_COLOURS, tidy
 
-# Names of rules and of arms in figures, keyed by their names in metrics.json.
+# Names of rules and of arms in figures, by their names in metrics.json.
 _NAMES = {
     "stated": "what will be stated",
     "stated_at_once": "what will be stated, body expected before",
@@ -31,12 +31,12 @@ def draw_errors(
     said: str,
     label: str,
 ) -> Figure:
-    """Plots true errors (lines) and stated errors (thin lines) of each rule, one panel for each entry.
+    """Plots true errors (lines) and stated errors (thin lines) of each rule, one panel for each entry of ``panels``.
 
     Args:
-        places: Numbers of postures, or lengths of motions; a rule with fewer values has the first of them.
+        places: Numbers of postures, or lengths of motions; a rule with fewer values uses the first of them.
         panels: Numbers of each rule, by panel.
-        found: Key of the true error in the numbers of a rule.
+        found: Key of the true error in a rule's numbers.
         said: Key of the stated error.
         label: Label of the horizontal axis.
     """

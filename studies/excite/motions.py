@@ -47,7 +47,8 @@ RULES = ("stated", "stated_postures", "random", "random_postures", "condition", 
 SECONDS = (2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0)
 # Lengths of random motions, which need longer to approach the floor.
 LONG_SECONDS = (*SECONDS, 24.0, 32.0)
-# Postures per second for rules that visit postures; motions of a random rule, in place of a search.
+# Postures per second for rules that visit postures, and number of motions that a random rule draws instead of
+# searching.
 _POSTURES, _RANDOM = 0.4, 8
 _TRIED = 60  # most random motions drawn until one is within the limits
 _MASS, _NUM_BODIES, _MASS_SD = 1.0, 4, 0.1

@@ -1,8 +1,8 @@
 """Postures chosen one after the other for weighed objects, and the error of the mass after each.
 
 A pool of postures is drawn from the thousand that were recorded with an object, and a rule chooses from it. Gains,
-friction, errors and the floor are known from the other objects only. The mass is estimated as in identification,
-except that the variance of errors comes from the calibration, as a few postures do not show it.
+friction, errors and the model error are known from the other objects only. The mass is estimated as in
+identification, except that the variance of errors comes from the calibration, because a few postures do not show it.
 """
 
 from collections.abc import Mapping
@@ -32,8 +32,8 @@ RULES = ("stated", "stated_at_once", "random", "condition", "d_optimal")
 # Numbers of postures after which the mass is estimated, and size of a pool.
 NUMBERS = (1, 2, 3, 4, 5, 6, 8, 12, 16, 20)
 _POOL = 150
-_REFERENCE, _MOST = 8, 5  # number of random postures, and of chosen postures that should be as good
-_SEEN = 4  # mass and first moments: all that postures at rest show
+_REFERENCE, _MOST = 8, 5  # number of random postures, and largest number of chosen postures that should be as good
+_SEEN = 4  # mass and first moments, which are all that postures at rest show
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class PosewiseConfig:
 
 
 class Task(NamedTuple):
-    """Object with everything that is known before its postures are chosen."""
+    """Object, with everything that is known before its postures are chosen."""
 
     evidence: Evidence  # evidence of all postures, with the load signs of the expected body
     gains: Gains  # gains, drift included
@@ -61,7 +61,9 @@ class Task(NamedTuple):
         return self._replace(theta=theta, evidence=evidence)
 
     def build_rows(self) -> Array:
-        """Builds derivatives of the signals by mass, first moments, gains and friction, (postures, joints, 9).
+        """Builds the derivatives of the signals with respect to the unknowns, (postures, joints, 9).
+
+        The unknowns are mass, first moments, gains and friction.
 
         Rows and columns are scaled so that errors, and the prior of gains and friction, have a standard deviation of
         one.
@@ -77,7 +79,7 @@ class Task(NamedTuple):
         return rows / np.sqrt(gains.least_variance)[:, None]
 
     def predict(self, sums: Array) -> Array:
-        """Predicts the SD of ln m that identification would state, shape (M,).
+        """Predicts the SD of the log mass, ln m, that identification would state, shape (M,).
 
         Args:
             sums: Sums of outer products of rows for M sets of postures, (M, joints, 9, 9).
@@ -111,7 +113,7 @@ def run_pool(config: PosewiseConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 @cache
 def prepare_task(data: str, name: str) -> tuple[Task, float]:
-    """Collects what the other objects tell about a task; also returns the object's true mass, [kg]."""
+    """Collects what the other objects tell about an object; also returns the object's true mass, [kg]."""
     settings = replace(IdentificationSettings(), signal_prior=SERVO_PRIOR)
     objects = load_weighed_objects(Path(data))
     evidence, gains = calibrate_by_others(objects, name, settings)
@@ -125,7 +127,7 @@ def prepare_task(data: str, name: str) -> tuple[Task, float]:
 
 
 def _choose(task: Task, rule: str, pool: NDArray[np.intp], number: int) -> list[int]:
-    """Chooses postures from a pool one after the other, each the best addition to those before."""
+    """Chooses postures from a pool one after the other; each is the best addition to those before it."""
     if rule == "random":
         return [int(each) for each in pool[:number]]
     rows = task.build_rows()[pool]
@@ -137,7 +139,7 @@ def _choose(task: Task, rule: str, pool: NDArray[np.intp], number: int) -> list[
     chosen: list[int] = []
     for _ in range(number):
         if rule.startswith("stated"):
-            if chosen and rule == "stated":  # the body felt so far is the one expected for the next posture
+            if chosen and rule == "stated":  # the next posture is chosen for the body identified so far
                 task = task.expect(find_posterior(task, [int(each) for each in pool[chosen]]).theta)
                 rows = task.build_rows()[pool]
                 products = rows[..., :, None] * rows[..., None, :]
@@ -153,7 +155,7 @@ def _choose(task: Task, rule: str, pool: NDArray[np.intp], number: int) -> list[
 
 
 def score_condition(rows: Array) -> float:
-    """Scores a regressor, the lower the better.
+    """Scores a regressor; lower is better.
 
     The score is the log condition number with columns scaled to unit length, plus the log of the inverse of its
     smallest singular value.

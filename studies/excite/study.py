@@ -1,4 +1,4 @@
-"""Numbers and figures of how to move while weighing, for several design rules."""
+"""Compares several design rules for moving while weighing, in numbers and figures."""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -26,7 +26,7 @@ NUM_POSTURES = 200
 
 
 def check_recordings(data: Path) -> None:
-    """Reads the recordings, to check them.
+    """Reads the recordings in order to check them.
 
     Raises:
         BadValueError: A file is missing or cannot be read.
@@ -98,7 +98,7 @@ def describe(
 def weigh_in_postures(num_postures: int = NUM_POSTURES) -> dict[str, Any]:
     """Computes the standard deviation of a hammer's mass from one hold in each of several random postures, [g].
 
-    The hammer's shape is known, the densities of its parts are not.
+    The hammer's shape is known, but the densities of its parts are not.
     """
     robot, noise = Robot(), WeberNoise()
     tools = {each.name: each for each in load_tools(MODELS / "workshop" / "tools.yaml", load_materials(MATERIALS))}

@@ -1,1 +1,1 @@
-"""Study of robots' files: what an import makes of a folder of them."""
+"""Study of robots' description files: imports every file in a folder and records what happens."""

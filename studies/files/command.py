@@ -1,4 +1,4 @@
-"""``affordance study files``: imports all robots' files of a folder, and says what comes of each."""
+"""``affordance study files``: imports every robot file in a folder, and reports the outcome of each."""
 
 import argparse
 import itertools
@@ -18,13 +18,13 @@ from studies.study import Findings, Study, Work, format_table
 
 HEADER = ("file", "format", "loads", "options", "parity", "against", "warnings", "rank hammer", "seconds")
 _SUFFIXES = (".urdf", ".sdf", ".xml", ".xacro")
-# Beginnings of the root elements of robots' files; templates of macros alone have no link.
+# Root elements with which robots' files begin; a file that only defines macros has no link.
 _ROOTS = (b"<robot", b"<mujoco", b"<sdf")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument("--robots", type=Path, required=True, metavar="FOLDER", help="folder of robots' files")
+    parser.add_argument("--robots", type=Path, required=True, metavar="FOLDER", help="folder of robot files")
     what = "only files whose path contains one of these"
     parser.add_argument("--containing", nargs="+", default=[], metavar="TEXT", help=what)
     add_jobs(parser, 1)
@@ -32,7 +32,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def list_files(folder: Path, containing: list[str]) -> list[Path]:
-    """Lists the robots' files in a folder and below, without what others include; none raises a BadValueError."""
+    """Lists the robot files in a folder and its subfolders, except those that other files include.
+
+    Raises:
+        BadValueError: There are none.
+    """
     found = [
         path
         for path in sorted(folder.rglob("*"))
@@ -42,12 +46,12 @@ def list_files(folder: Path, containing: list[str]) -> list[Path]:
     included = {name for path in found for name in _list_included(path)}
     found = [path for path in found if path.name not in included]
     if not found:
-        raise BadValueError("--robots", "", f"is {str(folder)!r}, which has no robot's file")
+        raise BadValueError("--robots", "", f"is {str(folder)!r}, which has no robot file")
     return found
 
 
 def _list_included(path: Path) -> list[str]:
-    """Lists the names of files that a template or model includes."""
+    """Lists the names of the files that a template or model includes."""
     words = path.read_text(encoding="utf-8", errors="replace").split('"')
     return [word.rpartition("/")[2] for tag, word in itertools.pairwise(words) if "include" in tag]
 
@@ -59,7 +63,7 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def _work(folder: Path, files: list[Path], jobs: int, _: Path) -> Iterator[Findings]:
-    """Examines file by file, and writes those so far after each."""
+    """Examines one file after the other, and writes all findings so far after each."""
     found: list[Examined] = []
     tasks = (joblib.delayed(examine)(path, str(path.relative_to(folder))) for path in files)
     for each in joblib.Parallel(n_jobs=jobs, return_as="generator")(tasks):
@@ -94,4 +98,6 @@ def build_row(each: Examined) -> list[str]:
     return [cell.replace("|", "/") for cell in (*cells, seconds)]
 
 
-STUDY = Study(HELP="what comes of all robots' files of a folder", add_arguments=add_arguments, plan=plan)
+STUDY = Study(
+    HELP="import every robot file in a folder, and report the outcome", add_arguments=add_arguments, plan=plan
+)

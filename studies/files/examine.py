@@ -1,7 +1,7 @@
 """Examines the import of one robot's file: whether it loads, its messages, its torques, and the choice of a hammer.
 
-Where the import asks for an option, the option that it names is given, as whoever reads the message would, with the
-same numbers for every robot.
+Where the import asks for an option, that option is given, as a user who reads the message would do, with the same
+numbers for every robot.
 """
 
 import contextlib
@@ -22,29 +22,30 @@ from affordance.robots.reduced_arm import ReducedArm
 from affordance.robots.xacro_file import AS_IT_IS, expand, is_template
 from studies.study import import_part
 
-# What is given where the import asks for it: torque, velocity and rotors of a middling arm, [N m, rad/s, kg m^2].
+# Values given where the import asks for them: effort, velocity and rotor inertia of an average arm, [N m, rad/s, kg
+# m^2].
 EFFORT, VELOCITY, ROTOR_INERTIA = 100.0, 3.0, 0.01
 _ROUNDS = 6
 
 
 class Examined(NamedTuple):
-    """Findings about one file; texts are empty where there is nothing to say."""
+    """Findings about one file; a text is empty where it does not apply."""
 
     file: str
     format: str
-    joints: int  # of the arm; 0 if it does not load
-    options: str  # that the messages named
-    refused: str  # last message, if it does not load
+    joints: int  # number of joints of the arm; 0 if the file does not load
+    options: str  # options that the messages asked for
+    refused: str  # last message, if the file does not load
     parity: float | None  # largest relative difference from Pinocchio or MuJoCo; None if it was not measured
-    against: str  # what it was compared with, or why it was not
+    against: str  # program that it was compared with, or why it was not compared
     warnings: tuple[str, ...]
-    hammer: str  # what rank hammer says first
+    hammer: str  # first line printed by rank hammer
     import_s: float
     rank_s: float
 
 
 def examine(path: Path, shown: str) -> Examined:
-    """Examines a robot's file, which is shown by a name."""
+    """Examines a robot's file; ``shown`` is the name under which it is reported."""
     options, said = ImportOptions(), ""
     arm: ReducedArm | None = None
     for _ in range(_ROUNDS):
@@ -80,7 +81,7 @@ def examine(path: Path, shown: str) -> Examined:
 
 
 def _follow(message: str, options: ImportOptions) -> ImportOptions:
-    """Returns the options with those that a message names."""
+    """Returns the options with those added that a message asks for."""
     listed = message.partition("limbs end in")[2]
     if "--tip: is missing" in message and (ends := re.findall(r"([^\s,(]+) \(\d+ joints", listed)):
         hands = [name for name in ends if "finger" not in name] or ends
@@ -112,7 +113,7 @@ def _list_given(options: ImportOptions) -> list[str]:
 
 
 def _rank(folder: Path) -> str:
-    """Returns the first line of what ``affordance rank hammer`` answers for an imported arm."""
+    """Returns the first line that ``affordance rank hammer`` prints for an imported arm."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         main(["rank", "hammer", "--robot", str(folder), "--samples", "2000"])
@@ -121,7 +122,7 @@ def _rank(folder: Path) -> str:
 
 
 def _compare(path: Path, arm: ReducedArm, options: ImportOptions, folder: Path) -> tuple[float | None, str]:
-    """Compares an arm with MuJoCo, if its file is of MuJoCo, and else with Pinocchio, from the file itself."""
+    """Compares an arm with MuJoCo if the file is in MuJoCo's format, otherwise with Pinocchio; both read the file."""
     if arm.mended:
         return None, f"the inertia of {', '.join(arm.mended)} was mended"
     original = path

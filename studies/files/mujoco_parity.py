@@ -15,11 +15,10 @@ _STATES = 50
 
 
 def compare_with_mujoco(path: Path, arm: ReducedArm) -> float:
-    """Returns the largest difference of inverse dynamics from MuJoCo's, over the largest torque, at 50 states.
+    """Computes the largest difference from MuJoCo's inverse dynamics at 50 states, relative to the largest torque.
 
-    Joints that are frozen in the arm are held where they are frozen; friction, damping and constraints are left out,
-    and gravity has the strength that it has on the earth. Where MuJoCo finds no meshes, it compiles the model without
-    them.
+    Joints that are frozen in the arm have the same fixed positions in MuJoCo. Friction, damping and constraints are
+    left out, and gravity is that of the earth. If meshes are missing, MuJoCo compiles the model without them.
     """
     model = _compile(path)
     data: Any = mujoco.MjData(model)
@@ -44,7 +43,7 @@ def compare_with_mujoco(path: Path, arm: ReducedArm) -> float:
 
 
 def _compile(path: Path) -> Any:
-    """Compiles a model, without its meshes where they are missing."""
+    """Compiles a model, without its meshes if they are missing."""
     try:
         return mujoco.MjModel.from_xml_path(str(path))
     except ValueError:

@@ -1,1 +1,1 @@
-"""Study of the whole loop: an arm identifies pieces of stock, learns from them, and chooses tools."""
+"""Study of the whole loop: a robot arm identifies pieces of stock, learns from them, and chooses tools."""

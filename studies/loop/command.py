@@ -1,4 +1,4 @@
-"""``affordance study loop``: the whole loop on imported robots, from recordings of stock to choosing a tool."""
+"""``affordance study loop``: runs the whole loop on imported robots, from recordings of stock to choosing a tool."""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -30,21 +30,21 @@ from studies.loop.study import (
 )
 from studies.study import Findings, Study, Task, Work, add_only, run_kept
 
-# Robots that are studied, and whether they have joint torque sensors.
+# Robots that are studied, each with whether it has joint torque sensors.
 _STUDIED = {"panda": True, "ur5": False, "xarm7": False}
 _TRIALS = Whole(10, 10_000_000)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    what = "folder of an installed example-robot-data, or its robots/"
+    what = "folder in which example-robot-data is installed, or its folder robots/"
     parser.add_argument("--robots", type=Path, metavar="DIR", help=what)
     add_only(parser, _STUDIED, "robots")
-    parser.add_argument("--trials", type=int, default=100_000, help="number of trials in the ledger that is timed")
-    what = "only write recordings of stock on one robot (a folder from import-arm) to --out, like a user's logs"
+    parser.add_argument("--trials", type=int, default=100_000, help="number of trials in the timed ledger")
+    what = "only record stock on one robot (a folder from import-arm), and write files like a user's logs to --out"
     parser.add_argument("--record", type=Path, metavar="DIR", help=what)
-    parser.add_argument("--motors", action="store_true", help="for --record: motor torques, not torque sensors")
-    what = "record again the packaged data of identify --demo and rank --demo"
+    parser.add_argument("--motors", action="store_true", help="with --record: motor torques, not torque sensors")
+    what = "record the packaged data of identify --demo and rank --demo again"
     parser.add_argument("--demo", action="store_true", help=what)
     add_repeats(parser, 50, "simulated observers on each robot")
     add_seed(parser)
@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
-    """Checks the robots, or plans recordings."""
+    """Plans the lives on the robots after checking these, or plans recordings."""
     if arguments.demo:
         return Task(write_demo)
     if arguments.record is not None:
@@ -61,12 +61,14 @@ def plan(arguments: argparse.Namespace) -> Work | Task:
         return Task(partial(print_recorded, arguments.record, arguments.out, signals, arguments.seed))
     check_whole("--trials", arguments.trials, _TRIALS)
     if arguments.robots is None:
-        raise BadValueError("--robots", "", "is missing, must be a folder with example-robot-data")
+        raise BadValueError("--robots", "", "is missing, must be a folder in which example-robot-data is installed")
     folder = find_folder(arguments.robots)
     chosen = [each for each in ROBOTS if each.name in (arguments.only or _STUDIED)]
     for robot in chosen:
         if not (folder / robot.file).is_file():
-            raise BadValueError("--robots", "", f"has no {robot.file}, must be an installed example-robot-data")
+            raise BadValueError(
+                "--robots", "", f"has no {robot.file}, must be a folder in which example-robot-data is installed"
+            )
     return partial(_work, chosen, folder, arguments)
 
 
@@ -104,14 +106,14 @@ def _work(chosen: Sequence[Robot], robots: Path, arguments: argparse.Namespace, 
 
 
 def execute_choices(config: LoopConfig, criterion: Criterion) -> dict[str, Any]:
-    """Simulates the first observer's choices after all pieces, with contact."""
+    """Simulates, with contact, what the first observer chooses after all pieces."""
     bench = build_bench(config)
     *_, memory = start_life(config, bench, 0).memories.values()
     return execute(bench, memory, criterion, config.seed)
 
 
 STUDY = Study(
-    "the whole loop on imported robots: recordings of stock, a lasting memory, tools chosen and judged",
+    "run the whole loop on imported robots: recordings of stock, a lasting memory, choices of tools",
     add_arguments,
     plan,
 )

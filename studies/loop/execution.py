@@ -1,4 +1,4 @@
-"""Full simulation of chosen options, the blow with contact and the reach, on the robot that chose them."""
+"""Simulates chosen options, the blow with contact and the reach, on the robot that chose them."""
 
 from typing import Any
 
@@ -23,9 +23,9 @@ def execute(bench: Bench, memory: MaterialMemory, criterion: Criterion, seed: in
     """Chooses an option for each task from a memory, and simulates it with the true tool.
 
     Returns:
-        Chosen option by task. For a blow also ``force_error``, the peak resistance relative to the required one,
-        minus one, and ``travel_m``; for a reach ``error_m``, the free end's largest distance from its path, and the
-        tolerance.
+        Chosen option by task. For a blow also ``force_error``, the peak resistance divided by the required one, minus
+        one, and ``travel_m``, the nail's travel. For a reach also ``error_m``, the free end's largest distance from
+        its path, and the tolerance.
     """
     found: dict[str, Any] = {}
     tools = {tool.name: tool for tool in bench.tools}
@@ -38,7 +38,7 @@ def execute(bench: Bench, memory: MaterialMemory, criterion: Criterion, seed: in
             planned = task.build_cost(ArmModel(bench.robot.arm), tool.components, bench.settings)
             try:
                 blow = simulate_blow(tool, task, planned, list_densities([tool]), bench.settings)
-            except AffordanceError as problem:  # this arm can use no option
+            except AffordanceError as problem:  # this arm has no usable option
                 found[name] = {"option": option.name, "cannot": str(problem)}
                 continue
             error = blow.force / task.force - 1.0

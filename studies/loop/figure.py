@@ -11,7 +11,7 @@ from studies.loop.lives import LEVELS
 
 
 def draw_loop(details: Mapping[str, Any]) -> Figure:
-    """Plots the share of right choices with 95 % intervals, and the mean regret, for each task and criterion."""
+    """Plots the share of right choices, with 95 % intervals, and the mean regret for each task and criterion."""
     first = next(iter(details.values()))
     cells = [(task, criterion) for task in first for criterion in first[task]]
     figure = Figure(figsize=(12.0, 6.0), layout="constrained")
@@ -29,7 +29,7 @@ def draw_loop(details: Mapping[str, Any]) -> Figure:
             regret = np.array([cell[name]["regret"] for name in LEVELS], dtype=float)
             below.plot(places, 100.0 * regret, **style)
         above.set(title=f"{task}, compared by {criterion}", ylim=(0.0, 1.05))
-        below.set_xlabel("pieces of stock held before")
+        below.set_xlabel("number of pieces of stock held before")
         below.set_xticks(numbers)
         tidy(above, below)
     axes[0, 0].set_ylabel("share of right choices")

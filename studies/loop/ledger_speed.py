@@ -1,4 +1,4 @@
-"""Ledger under load: time to recall and append, losses when writers are killed, and traces left after forgetting."""
+"""Ledger under load: times of recall and append, losses when writers are killed, and traces left after forgetting."""
 
 import os
 import subprocess
@@ -30,7 +30,8 @@ from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import measure_geometry
 
 _ROOT = Path(__file__).parents[2]
-# Trials appended one by one, recalls that are timed, and trials acknowledged before a writer is killed.
+# Number of trials that are appended one by one, of timed recalls, and of trials acknowledged before a writer is
+# killed.
 _SINGLE, _RECALLS, _ACKNOWLEDGED = 200, 10, 50
 _BATCH = 2000
 _BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
@@ -40,9 +41,9 @@ def measure_ledger(count: int) -> dict[str, float]:
     """Measures a ledger with ``count`` trials.
 
     Returns:
-        The keys of ``memory`` in metrics.json: ``first_recall_s_1e5`` and ``recall_s_1e5`` (time to open the ledger
-        and recall, the first time and the median of later ones, [s]), ``appends_per_s``, ``lost`` and ``double``
-        (numbers of trials), ``forget_error`` (relative), and ``trials``.
+        Values for ``memory`` in metrics.json: ``first_recall_s_1e5`` and ``recall_s_1e5``, the time to open the
+        ledger and recall, for the first time and as the median of later ones, [s]; ``appends_per_s``; ``lost`` and
+        ``double``, numbers of trials; ``forget_error``, relative; and ``trials``.
     """
     with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, XDG_CACHE_HOME=folder):
         place = Path(folder) / "ledger.sqlite"
@@ -71,7 +72,7 @@ def measure_ledger(count: int) -> dict[str, float]:
 
 
 def make_trials(start: int, count: int) -> list[TrialEvidence]:
-    """Builds trials that hold pieces of stock in the arm's home posture, numbered from ``start``."""
+    """Builds trials, numbered from ``start``, in which pieces of stock are held in the arm's home posture."""
     pieces = load_tools(MODELS / "workshop" / "blanks.yaml", load_materials())
     static, noise = StaticHold(load_arm(ARM)), WeberNoise()
     made = []
@@ -88,7 +89,7 @@ def make_trials(start: int, count: int) -> list[TrialEvidence]:
         tau = static.tau_arm + static.Y @ pieces[kind].parameters
         tau = tau + noise.compute_sd(tau) * rng.standard_normal(len(tau))
         moment = show_time(_BEGIN + timedelta(seconds=number))
-        # Each thing is held ten times, so there are a tenth as many things as trials.
+        # Each object is held ten times.
         name = f"{pieces[kind].name} {number // (10 * len(pieces))}"
         felt = noise.compute_features(tau, static.tau_arm, static.Y)
         trials.append(replace(made[kind], object_name=name, features=felt, time=moment))
@@ -122,7 +123,7 @@ def _measure_forgetting(folder: Path, trials: Sequence[TrialEvidence]) -> float:
 
 
 def _kill_writer(folder: Path) -> tuple[int, int]:
-    """Kills one of two appending processes; returns the number of trials lost and of trials counted twice."""
+    """Kills one of two processes that append trials; returns the numbers of trials lost and counted twice."""
     place = folder / "killed.sqlite"
 
     def append(start: int, count: int) -> subprocess.Popen[str]:
@@ -139,13 +140,13 @@ def _kill_writer(folder: Path) -> tuple[int, int]:
         acknowledged += killed.stdout.read().split()
         acknowledged += other.stdout.read().split()
     with open_memory(place) as ledger:
-        ledger.append(make_trials(0, _ACKNOWLEDGED))  # like a writer that was not told of success and tries again
+        ledger.append(make_trials(0, _ACKNOWLEDGED))  # like a writer that heard of no success and tries again
         trials = ledger.list_trials()
     return len(set(acknowledged) - {trial.id for trial in trials}), count_double(trials)
 
 
 def count_double(trials: Sequence[TrialEvidence]) -> int:
-    """Counts trials that are stored twice, by their times (unique for each trial) rather than their ids."""
+    """Counts trials that are stored twice, recognised by their times (unique to each trial), not their ids."""
     return len(trials) - len({trial.time for trial in trials})
 
 

@@ -1,4 +1,4 @@
-"""Life of one observer, which holds one piece of stock after the other; its choices are judged in between."""
+"""Life of one observer, which holds pieces of stock one after the other; its choices are judged in between."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -25,26 +25,26 @@ from studies.loop.recordings import Recorder
 
 # Numbers of pieces after which choices are judged, by their name in metrics.json.
 LEVELS: Mapping[str, int] = {"before": 0, "after_1": 1, "after_2": 2, "after_5": 5}
-# Relative standard deviation of the sizes of stock, which are measured with a rule.
+# Relative standard deviation of the sizes of stock, which are measured with a ruler.
 _SIZE_ERROR = 0.02
-# Unseen share of the mass of stock, which is solid. It was lowered after a first run with the default, a fifth, with
-# which a density cannot be known better than to a fifth.
+# Possible unseen fraction of the mass of stock, which is solid. It was lowered after a first run with the default of
+# a fifth, with which no density can be known to better than a fifth.
 _IDENTIFICATION = replace(DEFAULT_SETTINGS, num_samples=500, unseen_share=0.02)
 
 
 class Judged(NamedTuple):
-    """Choice judged with the true inertias."""
+    """Choice, judged with the true inertias."""
 
     is_right: float  # 1 if no usable option costs less, else 0; NaN if no option can do the task
-    regret: float  # cost above that of the best option, as a fraction of the best cost
+    regret: float  # excess of the cost over that of the best option, as a fraction of the best cost
 
 
-# Ten inertial parameters of tools about To, expressed in T, (10,), for their true densities, by name of the tool.
+# By name of the tool, its ten inertial parameters at its true densities, (10,), about To and expressed in T.
 type Truths = Mapping[str, Array]
 
 
 def draw_truth(tool: Tool, deviation: float, rng: np.random.Generator) -> Array:
-    """Draws the true parameters, (10,), of a tool, with one deviation from the mean for each of its materials."""
+    """Draws a tool's true parameters, (10,); each of its materials deviates once from its mean density."""
     features = measure_features(tool, VisionError(), rng)
     materials = [part.material.name for part in tool.components]
     means = {part.material.name: part.material.density for part in tool.components}
@@ -54,7 +54,7 @@ def draw_truth(tool: Tool, deviation: float, rng: np.random.Generator) -> Array:
 def live(
     place: Path, recorder: Recorder, pieces: Sequence[Tool], settings: Settings, rng: np.random.Generator
 ) -> Iterator[MaterialMemory]:
-    """Holds pieces of stock in random order; yields the recalled memory before the first and after each piece.
+    """Lets an observer hold pieces of stock in random order; yields its memory before the first and after each piece.
 
     ``rng`` draws the order, the true densities and all errors; ``place`` is the file of the lasting memory.
     """
@@ -91,7 +91,7 @@ def judge(
     best = float(costs.min())
     if not np.isfinite(best):
         return Judged(np.nan, np.nan)
-    # If nothing is usable under the belief, the option that is ranked first is taken.
+    # If no option is usable under the belief, the observer takes the one ranked first.
     chosen = float(costs[names.index(ranking.ranked[0].option.name)])
     return Judged(float(chosen <= best), (chosen - best) / best if np.isfinite(chosen) else 1.0)
 

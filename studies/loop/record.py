@@ -1,6 +1,6 @@
-"""Writes recordings of pieces of stock like a user's logs, among them those that come with the package.
+"""Writes recordings of pieces of stock in the form of a user's logs, among them those that come with the package.
 
-Each piece has two CSV files, the motion with an empty hand and with the piece, and a YAML file that describes them.
+Each piece has two CSV files, one with an empty hand and one with the piece, and a YAML file that describes them.
 """
 
 import tempfile
@@ -22,10 +22,10 @@ from studies.loop.lives import draw_truth
 from studies.loop.recordings import TORQUE_SENSORS, Signals, build_recorder
 
 _SEED = 0
-# Errors as fractions of the torque limits, smaller than a robot's: a human arm is strong for its weight, so errors in
-# proportion to its limits would hide the load.
+# Errors as fractions of the torque limits, smaller than a robot's. A human arm is strong for its weight, so errors
+# that are a usual fraction of its limits would hide the load.
 _SIGNALS = TORQUE_SENSORS._replace(friction=(0.0005, 0.0005, 0.0005), noise_sd=0.0005)
-# Every second row of the first 8 s, which gives 50 Hz.
+# Every second row of the first 8 s is written, which gives 50 Hz.
 _ROWS, _STEP = 800, 2
 
 
@@ -38,7 +38,7 @@ class Recorded(NamedTuple):
 
 
 def record_stock(robot: Robot, folder: Path, signals: Signals, seed: int) -> dict[str, Recorded]:
-    """Writes the recordings of all pieces of stock; returns them by name of the piece."""
+    """Writes the recordings of all pieces of stock, and returns them by name of the piece."""
     rng = np.random.default_rng(seed)
     recorder = build_recorder(robot, signals, rng)
     files = {}
@@ -69,7 +69,7 @@ def _write(path: Path, run: Run) -> Path:
 def print_recorded(robot: Path, folder: Path, signals: Signals, seed: int) -> int:
     """Records the stock on the robot in a folder of models, and prints the true masses; returns exit status 0."""
     for name, piece in record_stock(Robot.load(robot), folder, signals, seed).items():
-        print(f"{name}: truly {piece.mass:.3f} kg: {piece.loaded}")
+        print(f"{name}: true mass {piece.mass:.3f} kg: {piece.loaded}")
     return 0
 
 
@@ -88,5 +88,5 @@ def write_demo() -> int:
             header, *rows = path.read_text(encoding="utf-8").splitlines()
             write_text(target, "\n".join([header, *rows[:_ROWS:_STEP]]) + "\n")
             write_text(target.with_suffix(".yaml"), path.with_suffix(".yaml").read_text(encoding="utf-8"))
-        print(f"the {PIECE} truly weighs {np.round(recorded[PIECE].mass, 3)} kg")
+        print(f"the true mass of the {PIECE} is {np.round(recorded[PIECE].mass, 3)} kg")
     return 0

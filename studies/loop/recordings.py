@@ -1,4 +1,4 @@
-"""Simulated recordings like a user's: a motion with an empty hand and with a load, with errors of real signals."""
+"""Simulates recordings like a user's: a motion with an empty hand and with a load, with errors of real signals."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,8 @@ from affordance.robots.robot import Robot
 
 _DURATION, _RATE = 12.0, 100.0  # [s], [Hz]
 _HARMONICS, _BASE = 4, 0.1  # number of sines at each joint, and their lowest frequency, [Hz]
-# Largest amplitude of a joint's motion, [rad], and largest share of the way to its limits and of its speed limit.
+# Largest amplitude of a joint's motion, [rad], and largest fractions of the distance to its limits and of its
+# velocity limit.
 _AMPLITUDE, _SHARE = 0.6, 0.8
 
 
@@ -31,9 +32,9 @@ class Signals(NamedTuple):
     agreement: float  # correlation time of the errors, [s]
 
 
-# Errors of a Panda's torque sensors and a UR10e's motors, from recordings (docs/decisions/0020-recorded-data.md):
-# residuals of a few thousandths of the limit, correlated over a fifth of a second; gains within 1 and 2 %; motors
-# that lose 3 to 10 % of the load.
+# Errors of a Panda's torque sensors and of a UR10e's motors, from recordings (docs/decisions/0020-recorded-data.md):
+# residuals are a few thousandths of the limit and correlated over a fifth of a second; gains are within 1 % (Panda)
+# and 2 % (UR10e); motors lose 3 to 10 % of the load to friction.
 TORQUE_SENSORS = Signals(SignalKind.JOINT_TORQUE, 0.01, (0.0, 0.0), (0.003, 0.003, 0.003), 0.002, 0.2)
 MOTORS = Signals(SignalKind.MOTOR_TORQUE, 0.02, (0.06, 0.03), (0.02, 0.013, 0.007), 0.004, 0.2)
 
@@ -67,7 +68,7 @@ class Recorder(NamedTuple):
 
 
 def build_recorder(robot: Robot, signals: Signals, rng: np.random.Generator) -> Recorder:
-    """Builds the recorder of a robot, with random gains and load friction and a motion about its home posture."""
+    """Builds the recorder of a robot, with random gains and load friction, and a motion around its home posture."""
     n = len(robot.home)
     mean, sd = signals.load_friction
     return Recorder(
@@ -81,7 +82,7 @@ def build_recorder(robot: Robot, signals: Signals, rng: np.random.Generator) -> 
 
 
 def move(robot: Robot, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """Builds a motion of every joint about home, a sum of slow sines within limits: angles, rates, accelerations."""
+    """Builds a motion of every joint around home, a sum of slow sines within limits: angles, rates, accelerations."""
     times = np.arange(0.0, _DURATION, 1.0 / _RATE)[:, None]
     limits = robot.limits
     room = np.minimum(robot.home - limits.q_lower, limits.q_upper - robot.home)

@@ -34,18 +34,18 @@ from studies.loop.specimens import draw_things
 
 TASKS = ("hammer", "reach")
 CRITERIA = (Criterion.WORK, Criterion.GRIP)
-# Tools that hammer; kitchen tools only reach.
+# Tools that are also used for hammering; kitchen tools are only used for reaching.
 _HAMMERS, _KITCHEN = "tools.yaml", "uncommon.yaml"
 _SAMPLES = 1000
-# Numbers of options and of belief samples for `rank_seconds`.
+# Numbers of options and of belief samples for ``rank_seconds``.
 _TIMED_OPTIONS, _TIMED_SAMPLES = 10, 10_000
-# After all pieces, a robot chooses well if at least this share of choices is right, or at most this regret is left.
+# After all pieces, a robot chooses well if this share of choices or more is right, or if regret is at most this.
 _RIGHT, _REGRET = 0.95, 0.01
 
 
 @dataclass(frozen=True)
 class LoopConfig:
-    """Configuration of the lives on one robot."""
+    """Configuration of the observers' lives on one robot."""
 
     folder: Path  # folder of models of the robot
     has_torque_sensors: bool  # true for torque sensors at the joints, false for motor torques
@@ -53,7 +53,7 @@ class LoopConfig:
 
 
 class Bench(NamedTuple):
-    """Robot with its stock, tools and plans; it is planned once because every observer sees the same tools."""
+    """Robot with its stock, tools and plans; it is planned only once, because every observer sees the same tools."""
 
     robot: Robot
     settings: Settings  # settings, with the robot as arm
@@ -87,7 +87,7 @@ class Life(NamedTuple):
     rng: np.random.Generator  # generator for all further draws
     truths: Truths  # tools with their true inertias
     memories: Mapping[int, MaterialMemory]  # memory after each number of pieces held
-    taught: float  # share of the recordings that the memory learned from; the others were rejected
+    taught: float  # fraction of the recordings that the memory learned from; the others were rejected
 
 
 def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
@@ -106,17 +106,17 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer's life.
 
     Returns:
-        ``right`` and ``regret``, (levels, tasks, criteria); ``known``, both for an observer that knows materials
-        exactly, (tasks, criteria, 2); ``covered``, (levels, tools), and ``own_covered``, (levels, own things),
-        whether intervals contain the true mass; ``taught``, the share of recordings that taught; and ``spread``, the
-        excess cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria). NaN where no
-        option can do the task with the true inertias.
+        Arrays by name, NaN where no option can do the task with the true inertias. ``right`` and ``regret``, (levels,
+        tasks, criteria). ``known``, both for an observer that knows materials exactly, (tasks, criteria, 2).
+        ``covered``, (levels, tools), and ``own_covered``, (levels, own objects): whether intervals contain the true
+        mass. ``taught``, the fraction of recordings that the memory learned from. ``spread``, the excess cost of the
+        most expensive usable option over the cheapest, as a fraction, (tasks, criteria).
     """
     bench = build_bench(config)
     rng, truths, memories, taught = start_life(config, bench, repeat)
     shape = (len(LEVELS), len(TASKS), len(CRITERIA))
     right, regret, covered = np.zeros(shape), np.zeros(shape), np.zeros((len(LEVELS), len(bench.tools)))
-    # An observer that knows every material, but not how a piece or a tool deviates from it.
+    # An observer that knows every material exactly, but not how a piece or a tool deviates from it.
     informed = MaterialMemory.from_densities(
         {part.material.colour: part.material.density for tool in bench.tools for part in tool.components}
     )
@@ -146,7 +146,7 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def see_things(config: LoopConfig, bench: Bench, repeat: int) -> tuple[Choice, Truths]:
-    """Lets an observer see its own things; returns them as options without a plan, and their true inertias."""
+    """Lets an observer see its own objects; returns them as options without a plan, and their true inertias."""
     drawn, seed = np.random.default_rng([config.seed, repeat, 18]), int(1e6) * config.seed + repeat
     things = draw_things(drawn, load_materials(MODELS / "materials.yaml"))
     truths = {thing.name: draw_truth(thing, bench.settings.prior.deviation, drawn) for thing in things}
@@ -166,10 +166,10 @@ def describe_robot(
     """Summarises the results on a robot.
 
     Returns:
-        Content of metrics.json, for the criterion in which options differ most: shares of right choices and regret by
-        level, over both tasks; the share of recordings that taught; and the coverage of predicted masses of own
-        things and of the tools after all pieces. Then details: right choices and regret by task and criterion, with
-        95 % intervals.
+        Content of metrics.json for the criterion in which options differ most: shares of right choices and regret by
+        level, over both tasks; the fraction of recordings that the memory learned from; and the coverage of predicted
+        masses of own objects and of the tools after all pieces. Then details: right choices and regret by task and
+        criterion, with 95 % intervals.
     """
     best = int(np.argmax(np.nanmean(arrays["spread"], axis=(0, 1))))
     right, regret = (np.nanmean(arrays[name][..., best], axis=2) for name in ("right", "regret"))
@@ -197,7 +197,7 @@ def describe_robot(
 
 
 def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Returns the worst value over all robots for each claim."""
+    """Returns, for each claim, the worst value over all robots."""
     each = list(robots.values())
     return {
         "settled": float(
@@ -212,7 +212,7 @@ def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float
 
 
 def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, int]) -> dict[str, Any]:
-    """Summarises the choices for one task and criterion at one level; null if no option can ever do the task."""
+    """Summarises the choices for one task, criterion and level; values are None if no option can do the task."""
     hits = arrays["right"][:, *place]
     hits = hits[np.isfinite(hits)]
     share = estimate_proportion(np.array(hits.sum()), max(len(hits), 1))
@@ -225,18 +225,18 @@ def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, in
 
 
 def _average(values: Array) -> float | None:
-    """Returns the mean over observers whose task can be done; None if there are none."""
+    """Returns the mean over observers that can do the task; None if there are none."""
     found = values[np.isfinite(values)]
     return float(found.mean()) if len(found) else None
 
 
 def time_ranking(config: LoopConfig) -> dict[str, float]:
-    """Measures the time to rank ten options under 10,000 beliefs, with planning and again without it, [s]."""
+    """Measures the time to rank ten options under 10,000 beliefs, [s], with planning and then without it."""
     bench = build_bench(config)
     options = bench.choices["reach"].options[:_TIMED_OPTIONS]
     settings = Settings(arm=bench.settings.arm, angle_margin=bench.settings.angle_margin * (1.0 + 1e-12))
     times = []
-    for _ in range(2):  # new settings, for which nothing has been planned
+    for _ in range(2):  # new settings, so that nothing has been planned for them yet
         begin = perf_counter()
         choice, rng = plan_options(options, bench.tasks["reach"], settings), np.random.default_rng(0)
         rank_draws(choice, choice.draw(MaterialMemory(), rng, _TIMED_SAMPLES), rng, bounds=GripBounds())

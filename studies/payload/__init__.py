@@ -1,1 +1,1 @@
-"""Study of simulated payloads with known truth, and a comparison with other methods."""
+"""Study of identification from simulated payloads with known truth, and a comparison with other methods."""

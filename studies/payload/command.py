@@ -1,6 +1,7 @@
-"""``affordance study payload``: coverage and mistakes on simulated payloads; mistakes and methods on recordings.
+"""``affordance study payload``: coverage and mistakes on simulated payloads, or methods and mistakes on recordings.
 
-With ``--data`` it compares other methods on the development recordings, and measures what size of a mistake passes.
+With ``--data`` it compares other methods on the development recordings, and measures how large a mistake can be
+without being noticed.
 """
 
 import argparse
@@ -28,15 +29,15 @@ from studies.study import Findings, Study, Work, add_only, print_table, run_kept
 
 _NUM_WINDOWS = 100  # number of payloads injected into windows of the Panda's recording
 _MOST_PAIRS = Whole(0, 10_000)
-_FEW = 2000  # number of samples that suffices for a verdict
+_FEW = 2000  # number of samples that is enough for a verdict
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add_repeats(parser, 400, "simulated loads of each robot; none with --data")
-    what = "simulated pairs of each robot in which mistakes are made, without --data (default 8)"
+    add_repeats(parser, 400, "simulated loads of each robot; not used with --data")
+    what = "number of simulated pairs of each robot in which mistakes are made; not used with --data (default 8)"
     parser.add_argument("--mistakes", type=int, default=8, metavar="N", help=what)
-    what = "folder with the clones, as of study recorded: compare methods and mistakes there instead"
+    what = "folder with clones, as for study recorded: compare methods and make mistakes in these recordings instead"
     parser.add_argument("--data", type=Path, metavar="DIR", help=what)
     add_only(parser, ARMS, "robots")
     add_seed(parser)
@@ -45,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the loads of each robot, or the comparison on recordings."""
+    """Plans the simulated loads of each robot, or the comparison on recordings."""
     check_whole("--mistakes", arguments.mistakes, _MOST_PAIRS)
     return partial(_work if arguments.data is None else _compare, arguments)
 
@@ -61,7 +62,7 @@ def _compare(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
     gains = identify(recorded.robot, runs, reference_mass=UR10E_LOAD, settings=settings).calibration
     case = Case(recorded.robot, recorded.empty, recorded.loaded, UR10E_LOAD, gains=gains)
     mistakes = measure_blind_bands(case, settings)
-    header = ["mistake", "sizes that pass", "largest move: size, mass", "noticed from"]
+    header = ["mistake", "unnoticed sizes", "largest effect: size, mass", "noticed from size"]
     print_table(header, list_mistakes(mistakes))
     numbers = {"peers": peers, "mistakes": mistakes}
     yield Findings(numbers, details=numbers)
@@ -92,13 +93,13 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
                 description=f"payload: mistakes, {arm}",
             )
             numbers[arm]["mistakes"] = tabulate_mistakes(made)
-            header = ["mistake", "size", "passes", "median move of the mass where it passes"]
+            header = ["mistake", "size", "unnoticed", "median effect on the mass if unnoticed"]
             print_table(header, list_mistake_rows(numbers[arm]["mistakes"]))
         yield Findings(numbers, details=numbers)
 
 
 def _print_coverage(arm: str, table: dict[str, Any]) -> None:
-    """Prints coverage at 50, 80 and 90 % for each level of each factor, with a star where it is significantly low."""
+    """Prints coverage at 50, 80 and 90 % for each level of each factor; a star marks a significantly low coverage."""
     print(f"{arm}: {table['loads']} loads, {table['refused']} refused, {table['doubted']} doubted")
     rows = []
     for factor, levels in table["coverage"].items():

@@ -1,4 +1,4 @@
-"""Coverage of the intervals of simulated payloads for each level of each factor, and errors of the means."""
+"""Coverage of intervals of simulated payloads for each level of each factor, and errors of the means."""
 
 import time
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from studies.recorded.solids import CLASSES
 SHARES = (0.5, 0.8, 0.9)
 # Quantities in column order: mass, coordinates of the centre of mass, and moments.
 GROUPS = {"mass": MASS, "c_x": slice(1, 2), "c_y": slice(2, 3), "c_z": slice(3, 4), "moments": MOMENTS}
-# Family-wise error probability, over all cells, for calling coverage too low.
+# Probability that coverage is called too low by mistake in at least one of all cells.
 _LEVEL = 0.01
 # Edges of the levels of mass, [kg], duration, [s], and speed, [rad/s].
 _EDGES = {"mass": (0.5, 1.5), "length": (15.0, 30.0), "speed": (0.3, 0.55)}
@@ -45,7 +45,7 @@ class Cell(NamedTuple):
     number: int
 
     def bound(self, level: float) -> tuple[float, float]:
-        """Computes Wilson's interval of the share at a two-sided error probability."""
+        """Computes Wilson's interval of the share at a given two-sided error probability."""
         z, n = float(scipy.special.ndtri(1.0 - 0.5 * level)), self.number
         share, width = self.covered / n, z * z / n
         middle, half = share + 0.5 * width, z * np.sqrt(share * (1.0 - share) / n + 0.25 * width / n)
@@ -60,9 +60,10 @@ def run_load(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Simulates and identifies one load; classes of solids are taken in turn.
 
     Returns:
-        ``place``, posterior probability below the truth; ``truth``, ``mean``, ``sd`` and ``least_squares`` (with the
-        same gains and load friction), in the order of QUANTITIES, (10,) each; ``factors``; ``trusted``, 1 without
-        doubts; ``doubts`` in words; ``seconds`` of CPU. Results are NaN if the recording was refused.
+        ``place``, the posterior probability of values below the truth; ``truth``, ``mean``, ``sd`` and
+        ``least_squares`` (with the same gains and load friction), in the order of QUANTITIES, (10,) each;
+        ``factors``; ``trusted``, 1 if there are no doubts; ``doubts`` in words; ``seconds`` of CPU. Results are NaN
+        if the recording was refused.
     """
     rng = np.random.default_rng((config.seed, sorted(ARMS).index(config.arm), repeat))
     names = tuple(CLASSES)
@@ -179,7 +180,7 @@ def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
 def _compare_means(
     found: Mapping[str, NDArray[Any]], levels: Mapping[str, Mapping[str, NDArray[np.bool_]]]
 ) -> dict[str, Any]:
-    """Computes root mean square errors of mean and least squares, and stated errors, for mass and centre of mass."""
+    """Computes root mean square errors of mean and least squares, and stated errors, of mass and centre of mass."""
     rows: dict[str, Any] = {}
     for factor in ("all", "runs", "mass"):
         for level, of_level in levels[factor].items():

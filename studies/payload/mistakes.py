@@ -1,6 +1,6 @@
-"""Users' mistakes of increasing size: those that pass unnoticed, and how far they move the answer.
+"""Users' mistakes of increasing size: which sizes are not noticed, and how far they change the answer.
 
-Each mistake is made in a good pair of runs, with gains found before. The blind band of a mistake ends at the smallest
+Each mistake is made in a good pair of runs, with gains from before. The blind band of a mistake ends at the smallest
 size that is refused or doubted.
 """
 
@@ -28,17 +28,17 @@ class SizedMistake(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Answer to a mistake of one size."""
+    """Answer of identification to a mistake of one size."""
 
     size: float
     verdict: str  # refused, doubted, not seen, or answered
     mass: float  # mean of the mass, [kg]; NaN if refused
-    moved: float  # change of the mass from that of the good pair, in stated SDs
+    moved: float  # difference of the mass from that of the good pair, in stated SDs
     reason: str  # first reason given
 
 
 def _scale(case: Case, factor: float, *, both: bool) -> Case:
-    """Multiplies the signal of the loaded run, or of both."""
+    """Multiplies the signal of the loaded run, or of both runs, by a factor."""
     loaded = replace(case.loaded, signal=factor * case.loaded.signal)
     empty = replace(case.empty, signal=factor * case.empty.signal) if both else case.empty
     return replace(case, loaded=loaded, empty=empty)
@@ -54,7 +54,7 @@ def _move(run: Run) -> tuple[Array, Array, Array]:
 
 
 def _command(case: Case, share: float) -> Case:
-    """Replaces a share of the measured signals by what a controller would command for the arm alone."""
+    """Replaces a fraction of the measured signals with what a controller would command for the arm alone."""
 
     def change(run: Run) -> Run:
         robot = case.robot.with_gravity(run.description.gravity)
@@ -65,7 +65,7 @@ def _command(case: Case, share: float) -> Case:
 
 
 def _pull(case: Case, force: float) -> Case:
-    """Pulls upwards at the tip of the loaded run, [N]."""
+    """Adds an upward pull at the tip in the loaded run, [N]."""
     run, robot = case.loaded, case.robot.with_gravity(case.loaded.description.gravity)
     J = robot.compute_motion(*_move(run)).Jv_V_WT[:, 3:]
     up = -np.array(run.description.gravity) / np.linalg.norm(run.description.gravity)
@@ -74,7 +74,7 @@ def _pull(case: Case, force: float) -> Case:
 
 
 def _subtract(case: Case, share: float, pi: Array) -> Case:
-    """Lets the controller subtract a share of the payload from the loaded run only, without a note."""
+    """Subtracts a fraction of the payload in the loaded run only, as a controller may do without saying so."""
     run, robot = case.loaded, case.robot.with_gravity(case.loaded.description.gravity)
     torque = robot.compute_payload_regressors(*_move(run)) @ (share * pi)
     return replace(case, loaded=replace(run, signal=run.signal - _get_gain(case) * torque))
@@ -92,22 +92,25 @@ def _delay(case: Case, milliseconds: float) -> Case:
 
 
 def list_mistakes(pi: Array) -> tuple[SizedMistake, ...]:
-    """Lists the mistakes, given the payload of the good pair, (10,)."""
+    """Lists the mistakes, given the parameters of the good pair's payload, (10,)."""
     factors = (1.01, 1.02, 1.03, 1.05, 1.07, 1.1, 1.2)
     return (
-        SizedMistake("another controller: both signals times", "", factors, lambda c, x: _scale(c, x, both=True)),
-        SizedMistake("signals of the loaded run times", "", factors, lambda c, x: _scale(c, x, both=False)),
-        SizedMistake("commanded for measured signals, share", "", (0.5, 0.9, 1.0), _command),
+        SizedMistake("another controller: both signals scaled by", "", factors, lambda c, x: _scale(c, x, both=True)),
+        SizedMistake("signals of the loaded run scaled by", "", factors, lambda c, x: _scale(c, x, both=False)),
+        SizedMistake("commanded instead of measured signals, fraction", "", (0.5, 0.9, 1.0), _command),
         SizedMistake("pull at the tip in the loaded run", "N", (0.1, 0.3, 1.0, 2.0, 3.0), _pull),
         SizedMistake(
-            "payload subtracted in the loaded run, share", "", (0.05, 0.2, 0.5, 1.0), lambda c, x: _subtract(c, x, pi)
+            "payload subtracted in the loaded run, fraction",
+            "",
+            (0.05, 0.2, 0.5, 1.0),
+            lambda c, x: _subtract(c, x, pi),
         ),
-        SizedMistake("velocities late", "ms", (5.0, 10.0, 20.0, 40.0, 65.0, 100.0), _delay),
+        SizedMistake("delay of velocities", "ms", (5.0, 10.0, 20.0, 40.0, 65.0, 100.0), _delay),
     )
 
 
 def measure_blind_bands(case: Case, settings: IdentificationSettings) -> dict[str, Any]:
-    """Makes every mistake in every size; returns the answers by mistake, and mass and SD of the good pair, [kg]."""
+    """Makes every mistake in every size; returns answers by mistake, and mass and SD of the good pair, [kg]."""
     good = case.identify(settings)
     found = {
         mistake.name: [_try(mistake, case, size, good, settings)._asdict() for size in mistake.sizes]
@@ -129,7 +132,7 @@ def _try(
 
 
 def list_rows(found: dict[str, Any]) -> Sequence[Sequence[str]]:
-    """Lists table rows: sizes that pass, their largest change of the mass, and the smallest size that is noticed."""
+    """Lists table rows: unnoticed sizes, their largest effect on the mass, and the smallest size that is noticed."""
     rows = []
     for name, answers in found["mistakes"].items():
         passed = [each for each in answers if each["verdict"] == "answered"]

@@ -1,7 +1,7 @@
-"""Comparison of other methods with ours on the development recordings: error, stated interval, coverage and time.
+"""Compares other methods with ours on the development recordings: error, stated interval, coverage and time.
 
-All methods are given the same samples, gains and load friction: halves of a UR10e's pair, each with gains from the
-other half, and payloads injected into windows of a Panda's recording.
+All methods get the same samples, gains and load friction. The recordings are the halves of a UR10e's pair, each with
+gains from the other half, and a Panda's recording with payloads injected into its windows.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ from studies.recorded.panda import PandaStudy
 from studies.recorded.peers import TO_90, eliminate_friction, solve_least_squares, solve_semidefinite
 from studies.study import import_part
 
-# A ball of 1 kg and 5 cm, from which MuJoCo's optimiser starts, and the bounds of its coordinates about that start.
+# Ball of 1 kg and 5 cm from which MuJoCo's optimiser starts, and bounds of its coordinates about that start.
 _START = np.array([1.0, 0.0, 0.0, 0.0, 1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0])
 _BOUND = 10.0
 _WINDOW = 5  # duration of the Panda's windows, [s]
@@ -49,7 +49,7 @@ class Task(NamedTuple):
 
 
 def compare(data: Path, num_windows: int, seed: int) -> dict[str, Any]:
-    """Compares all methods on the recordings in a folder of clones; results are by recording and method."""
+    """Compares all methods on the recordings in a folder of clones; returns results by recording and method."""
     methods: dict[str, Callable[[Evidence, Gains], Estimate]] = {
         "least squares": _solve_least_squares,
         "semidefinite program": _solve_semidefinite,
@@ -119,11 +119,12 @@ def _infer(evidence: Evidence, gains: Gains) -> Estimate:
 def _solve_mujoco(evidence: Evidence, gains: Gains) -> Estimate:
     """Fits the body with the coordinates, the optimiser and the intervals of mujoco.sysid.
 
-    The torques are those of our regressor, which agrees with MuJoCo's inverse dynamics; friction is eliminated.
+    The torques come from our regressor, which agrees with MuJoCo's inverse dynamics; friction is eliminated.
     """
     sysid, modifier = (import_part(name, "peers") for name in ("mujoco.sysid", "mujoco.sysid._src.model_modifier"))
     A, b = eliminate_friction(evidence, gains, with_load_friction=True)
-    # The same sum of squares with one row per unknown, and one row for the residual that no body explains.
+    # The same sum of squares, condensed to one row for each unknown and one row for the residual that no body
+    # explains.
     _, R = np.linalg.qr(np.column_stack([A, b]))
     W, y = R[:, :NUM_PARAMETERS], R[:, NUM_PARAMETERS]
     start = modifier.theta_from_pseudoinertia(pseudo_inertia_from_parameters(_START))
@@ -146,7 +147,7 @@ def _solve_mujoco(evidence: Evidence, gains: Gains) -> Estimate:
         _, result = sysid.optimize(parameters, compute_residual, optimizer="scipy", verbose=False)
     theta = np.asarray(result.x)
     residual, *_ = compute_residual(theta, None)
-    # Interval for white errors with the true number of samples, not that of the condensed rows above.
+    # Interval under white errors, with the true number of samples rather than that of the condensed rows above.
     variance = float(residual[0] @ residual[0]) / (len(b) - NUM_PARAMETERS)
     covariance = variance * np.linalg.pinv(result.jac.T @ result.jac)
     slope = scipy.optimize.approx_fprime(theta, compute_mass, 1e-7)

@@ -2,7 +2,7 @@
 
 The arm's links differ from its file. Gains, friction and offsets differ in each run; friction depends on speed as
 Stribeck found, and grows with the load; errors of neighbouring samples are correlated; and a cable may pull at one of
-the last links. The motion is a Fourier series about a home posture.
+the last links. The motion is a Fourier series around a home posture.
 """
 
 from dataclasses import dataclass, replace
@@ -41,13 +41,13 @@ from studies.recorded.solids import CLASSES
 _RATE = 100.0  # [Hz]
 _GRAVITY = 9.81
 _NUM_HARMONICS = 5
-_AMPLITUDES = (0.3, 0.9)  # root mean square angle of a joint about its home, before the limits, [rad]
+_AMPLITUDES = (0.3, 0.9)  # root mean square of a joint's angle about its home, before limits are applied, [rad]
 _MARGIN = 0.1  # distance that motions keep from the limits of the robot's file, [rad]
-_SMOOTH = 0.01  # speed range over which friction changes its sign, [rad/s]
-# Rest before and after a motion, time in which it gathers speed, and the part of the first rest that is missing from
-# the loaded run, [s].
+_SMOOTH = 0.01  # range of speeds over which friction changes its sign, [rad/s]
+# Rest before and after a motion, time in which the motion gathers speed, and part of the first rest that is missing
+# in the loaded run, [s].
 _REST, _RAMP, _MISSED = 0.5, 1.0, (0.0, 0.3)
-# Load for finding the gains of currents, [kg], its distance from the flange, [m], and the length, [s], and speed,
+# Load for estimating the gains of currents, [kg], its distance from the flange, [m], and length, [s], and speed,
 # [rad/s], of that pair of runs.
 _WEIGHED, _AWAY, _WEIGHED_LENGTH, _WEIGHED_SPEED = 3.0, 0.06, 30.0, 0.4
 
@@ -69,7 +69,7 @@ class Recordings(NamedTuple):
     robot: SerialChain  # arm according to its file
     empty: Run
     loaded: Run
-    gains: Gains | None  # gains found with a weighed load before; None for torque sensors
+    gains: Gains | None  # gains estimated before with a weighed load; None for torque sensors
     truth: Array  # true inertial parameters at the tip, shape (10,)
     factors: Factors
 
@@ -81,14 +81,14 @@ class SimulatedArm:
     errors: ArmErrors
     robot: SerialChain  # arm according to its file
     links: Array  # true parameters of the links, shape (n, 10)
-    friction: Array  # true Coulomb and viscous friction, before the change from run to run, shape (n, 2), [N m]
-    load_friction: Array  # share of the load that friction takes at each joint, shape (n,)
+    friction: Array  # Coulomb and viscous friction, before it changes from run to run, shape (n, 2), [N m]
+    load_friction: Array  # fraction of the load that is lost to friction at each joint, shape (n,)
     gain: Array  # gains in this session, shape (n,), [unit of the signal per N m]
     agreement: float  # time constant of the errors, [s]
 
     @classmethod
     def draw(cls, errors: ArmErrors, robot: SerialChain, rng: np.random.Generator) -> "SimulatedArm":
-        """Draws an arm."""
+        """Draws an arm with its true links, friction and sensors."""
         n = robot.num_joints
         links = robot.link_parameters * (1.0 + LINK_ERROR * rng.standard_normal((n, 1)))
         links[:, 1:4] += LINK_ERROR * LINK_LENGTH * links[:, :1] * rng.standard_normal((n, 3))
@@ -160,7 +160,7 @@ class SimulatedArm:
         return values
 
     def _pull(self, q: Array, v: Array, vdot: Array, cable: float, rng: np.random.Generator) -> Array:
-        """Computes the torques, (N, n), that hold a cable at one of the last three links, sideways pull included."""
+        """Computes the torques, (N, n), that hold a cable at one of the last three links, with its sideways pull."""
         links = list(self.robot.compute_link_motions(q, v, vdot))
         angle = rng.uniform(0.0, 2.0 * np.pi)
         aside = CABLE_PULL * np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -185,7 +185,7 @@ class Motion:
     def draw(
         cls, errors: ArmErrors, robot: SerialChain, length: float, speed: float, rng: np.random.Generator
     ) -> "Motion":
-        """Draws a motion within the limits of the robot's file, with a root mean square speed, [rad/s]."""
+        """Draws a motion within the limits of the robot's file, with a given root mean square speed, [rad/s]."""
         n, home = robot.num_joints, np.array(errors.home)
         sine, cosine = rng.standard_normal((2, _NUM_HARMONICS, n)) / np.arange(1, _NUM_HARMONICS + 1)[:, None]
         size = np.sqrt(0.5 * (sine**2 + cosine**2).sum(axis=0))
@@ -211,7 +211,7 @@ class Motion:
 
     def _advance(self, times: Array) -> tuple[Array, Array, Array]:
         """Computes the phase of the series, [s], and its first two derivatives, from rest to rest."""
-        middle = self.length - _RAMP  # time of an equal motion without ramps
+        middle = self.length - _RAMP  # duration of an equal motion without ramps
 
         def ramp(x: Array) -> tuple[Array, Array, Array]:
             x = np.clip(x / _RAMP, 0.0, 1.0)
@@ -244,7 +244,7 @@ def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator) -> Recordi
 
 
 def _weigh(arm: SimulatedArm, rng: np.random.Generator) -> Gains:
-    """Estimates the gains of currents with a weighed load, from a pair of runs of the day before."""
+    """Estimates the gains of currents with a weighed load, from a pair of runs on the day before."""
     motion = Motion.draw(arm.errors, arm.robot, _WEIGHED_LENGTH, _WEIGHED_SPEED, rng)
     payload = _WEIGHED * np.array([1.0, 0.0, 0.0, _AWAY, *[2.0 * _AWAY**2] * 3, 0.0, 0.0, 0.0])
     empty = arm.record(motion, rng, source="weighed, empty", payload=np.zeros(10))

@@ -1,4 +1,4 @@
-"""Users' mistakes in simulated pairs, one pair per load: the share that passes, and its effect on the mass."""
+"""Users' mistakes in simulated pairs, one pair per load: the share not noticed, and its effect on the mass."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,19 +15,19 @@ from studies.payload.recordings import Recordings, simulate
 from studies.recorded.mistake_outcomes import Case
 from studies.recorded.solids import CLASSES
 
-_FEW = 2000  # number of samples that suffices for a verdict
+_FEW = 2000  # number of samples that is enough for a verdict
 
 
 @dataclass(frozen=True)
 class MistakesConfig:
-    """Configuration of the mistakes in pairs of one robot."""
+    """Configuration of the mistakes made in pairs of one robot."""
 
     arm: str  # name in ARMS
     seed: int = 0  # root of every random draw
 
 
 def list_sizes() -> list[tuple[str, float]]:
-    """Lists all mistakes in all sizes, in column order."""
+    """Lists each mistake with each of its sizes, in the order of the columns."""
     return [(mistake.name, size) for mistake in list_mistakes(np.zeros(10)) for size in mistake.sizes]
 
 
@@ -36,7 +36,7 @@ def run_mistakes(config: MistakesConfig, repeat: int) -> dict[str, NDArray[Any]]
 
     Returns:
         ``passes``, 1 if the mistake is neither refused nor doubted and the mass remains observable; ``moved``, the
-        change of the mass, [kg]; and ``sds``, the same in stated SDs, (K,) each; NaN if the pair itself is not
+        change of the mass, [kg]; and ``sds``, the same in stated SDs, (K,) each. NaN if the pair itself is not
         trusted.
     """
     rng = np.random.default_rng((config.seed, sorted(ARMS).index(config.arm), repeat))
@@ -65,7 +65,7 @@ def _simulate_pair(arm: str, solid: str, rng: np.random.Generator) -> Recordings
 
 
 def tabulate_mistakes(found: Mapping[str, NDArray[Any]]) -> list[dict[str, Any]]:
-    """Counts the pairs in which each mistake passes, and its effect on the mass; one row for each size."""
+    """Counts the pairs in which each mistake is not noticed, and its effect on the mass; one row for each size."""
     rows = []
     for column, (name, size) in enumerate(list_sizes()):
         ran = np.isfinite(found["passes"][:, column])

@@ -1,1 +1,1 @@
-"""Study of identification on real recordings, which are read from a user's clones of public repositories."""
+"""Study of identification from real recordings, which are read from a user's clones of public repositories."""

@@ -1,4 +1,4 @@
-"""Recordings that the study reads from clones of public repositories.
+"""Reads the study's recordings from clones of public repositories.
 
 Other recordings in these repositories were held back for an independent check: no code here opens them.
 """
@@ -22,12 +22,12 @@ _UR10E_RUNS = _UR10E / "dataset_ur10e" / "identification_data"
 _PANDA = Path("FrankaEmikaPandaDynModel/matlab/data/Exciting_Traj/Trajectory_1/rbt_log")
 _LBIPE = Path("lbipe/data")
 LBIPE_OBJECTS = ("white", "red", "black")
-# Mass of the load, as weighed by its owners, [kg].
+# Mass of the load as its owner weighed it, [kg].
 UR10E_LOAD = 2.805
 
 
 class Ur10eData(NamedTuple):
-    """Recordings of a UR10e that moves with an empty hand, then repeats the motion with a load."""
+    """Recordings of a UR10e that moves with an empty hand and then repeats the motion with a load."""
 
     robot: SerialChain
     empty: Run
@@ -42,13 +42,13 @@ class PandaData(NamedTuple):
 
 
 class WeighedObject(NamedTuple):
-    """Recording of a servo arm in a thousand postures with an object in its hand."""
+    """Recording of a servo arm that holds an object in a thousand postures."""
 
-    regressors: Array  # derivatives of the torques by mass and first moment, shape (N, joints, 4)
+    regressors: Array  # derivatives of the torques with respect to mass and first moment, shape (N, joints, 4)
     arm_torque: Array  # torques of the empty arm, shape (N, joints), [N m]
     deviation: Array  # position errors of the servos, used as the signal, shape (N, joints), [rad]
     direction: Array  # direction from which each posture was approached, shape (N, joints)
-    mass: float  # mass by a scale, [kg]
+    mass: float  # mass measured with a scale, [kg]
     first_moment: Array  # first moment m p_TTcm as published by the owners, shape (3,), [kg m]
 
 
@@ -103,7 +103,7 @@ def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
             A = A.reshape(len(joints), joints.shape[2], 4)
             objects[name] = WeighedObject(A, joints[:, 7], joints[:, 2], joints[:, 5], float(x[0]), x[1:])
         except (OSError, ValueError, KeyError, IndexError) as error:
-            raise BadValueError(path, "", f"must hold joint_data, A and x: {error}") from error
+            raise BadValueError(path, "", f"must contain joint_data, A and x: {error}") from error
     return objects
 
 
@@ -111,7 +111,7 @@ def _find(folder: Path, path: Path) -> Path:
     found = folder / path
     if not found.exists():
         problem = (
-            f"is not there; --data must hold clones of the repositories by their names, this file of {path.parts[0]}"
+            f"is missing; --data must contain clones of the repositories by their names, this file of {path.parts[0]}"
         )
         raise BadValueError(found, "", problem)
     return found

@@ -38,11 +38,13 @@ from studies.study import Findings, Study, Work
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument("--data", type=Path, required=True, help="folder with the clones, by the repositories' names")
+    parser.add_argument(
+        "--data", type=Path, required=True, help="folder with the clones, named like the repositories"
+    )
     add_out(parser)
     add_repeats(parser, 500, "simulated truths of each kind", former=["--draws"])
     parser.add_argument(
-        "--injections", type=int, default=200, help="payloads for each length of window (default 200)"
+        "--injections", type=int, default=200, help="number of payloads for each length of window (default 200)"
     )
     add_seed(parser)
 
@@ -116,7 +118,7 @@ def _work(
 def list_weighings(
     ur10e: Ur10eResult, weighed: WeighedResult, objects: Mapping[str, WeighedObject]
 ) -> tuple[list[Weighing], Weighing, list[Weighing]]:
-    """Lists the masses to plot: of the UR10e's load, of its empty hand, and of the servo arm's objects."""
+    """Lists the masses to plot: of the UR10e's load, its empty hand, and the servo arm's objects."""
     halves, numbers, details = ur10e.halves, ur10e.numbers, ur10e.details
 
     def weigh(name: str, mean: float, sd: float, truth: float) -> Weighing:
@@ -135,4 +137,4 @@ def list_weighings(
     return pair, empty, servo
 
 
-STUDY = Study("identify what real robots held, by recordings in clones of public repositories", add_arguments, plan)
+STUDY = Study("identify what real robots held, from recordings in clones of public repositories", add_arguments, plan)

@@ -16,7 +16,7 @@ from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
-# Prior SDs of an apparent payload, which may have either sign: mass, first moment, moments of inertia.
+# Prior SDs of an apparent payload, whose numbers may have either sign: mass, first moment, moments of inertia.
 _SD = np.array([5.0, *[0.5] * 3, *[0.1] * 6])
 
 

@@ -15,19 +15,19 @@ _PEER_LABELS = {"least_squares": "least squares", "semidefinite": "semidefinite\
 
 
 class Weighing(NamedTuple):
-    """Identified mass and its true value."""
+    """Identified mass, with its true value."""
 
     name: str  # name of the run or object
     mean: float  # posterior mean, [kg]
     low: float  # lower end of the 90 % interval, [kg]
     high: float  # upper end of the 90 % interval, [kg]
-    truth: float  # mass by a scale, [kg]
+    truth: float  # mass measured with a scale, [kg]
 
 
 def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Weighing]) -> Figure:
-    """Plots identified masses with 90 % intervals next to masses by a scale.
+    """Plots identified masses with 90 % intervals next to masses measured with a scale.
 
-    The panels show the UR10e's load by several analyses, its empty hand analysed as if it were loaded, and the
+    The panels show the UR10e's load in several analyses, its empty hand analysed as if it held a load, and the
     objects on the servo arm.
     """
     figure = Figure(figsize=(12.0, 3.8))
@@ -47,7 +47,7 @@ def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Wei
 
 
 def draw_injections(result: PandaResult) -> Figure:
-    """Plots errors of injected payloads with their 90 % bounds, and coverage for each assumption about noise."""
+    """Plots errors of injected payloads with their 90 % bounds, and coverage for each assumption about the noise."""
     figure = Figure(figsize=(12.0, 4.0))
     left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
     for k, (length, each) in enumerate(result.injections.items()):
@@ -69,7 +69,7 @@ def draw_injections(result: PandaResult) -> Figure:
     _draw_bars(right, bars, colours)
     right.axhline(0.9, color="#000000", linewidth=0.8, linestyle=":")
     right.set_ylim(0.0, 1.08)
-    right.set_title("Share of 90 % intervals of the mass that hold it", fontsize=FONT_SIZE)
+    right.set_title("Share of 90 % intervals that contain the mass", fontsize=FONT_SIZE)
     tidy(left, right)
     return figure
 

@@ -1,6 +1,6 @@
-"""Outcomes of identification when users make a mistake in a good pair of runs.
+"""Outcomes of identification when a user makes a mistake in a good pair of runs.
 
-An answer is right if its mass is the true one and its centre of mass that of the good pair, within errors. If the
+An answer is right if, within errors, its mass is the true one and its centre of mass is that of the good pair. If the
 load was weighed, gains are compared instead of the mass, unless the mistake concerns the sensors.
 """
 
@@ -18,7 +18,7 @@ from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
-# An answer is wrong if it differs from that of the good pair by more than this: relative error, SDs, [m].
+# Limits beyond which an answer counts as different from that of the good pair: relative error, number of SDs, [m].
 _RELATIVE, _SDS, _PLACE = 0.1, 3.0, 0.02
 _VERDICTS = ("refused", "not_trusted", "right", "wrong_silent")
 
@@ -29,10 +29,10 @@ class Case:
 
     robot: SerialChain  # model of the arm
     empty: Run  # run with an empty hand
-    loaded: Run  # run with the load, of the same motion
+    loaded: Run  # run of the same motion with the load
     mass: float  # true mass of the load, [kg]
-    gains: Gains | None = None  # gains of an earlier run; None if the load was weighed, or if signals are torques
-    reference_mass: float | None = None  # mass of the load by a scale, [kg]; None if it was not weighed
+    gains: Gains | None = None  # gains from an earlier run; None if the load was weighed, or if signals are torques
+    reference_mass: float | None = None  # mass of the load measured with a scale, [kg]; None if it was not weighed
 
     def identify(self, settings: IdentificationSettings) -> PayloadBelief:
         """Identifies the payload."""
@@ -46,12 +46,12 @@ class Case:
 
 
 class Mistake(NamedTuple):
-    """Mistake of a user."""
+    """Mistake that a user can make."""
 
     name: str  # description of the mistake
     make: Callable[[Case], Case]  # function that makes the mistake in a good case
-    can_be_seen: bool = True  # false if the data cannot show it
-    # True if the mistake concerns the sensors and is the same in both runs, so that gains of a weighed load contain
+    can_be_seen: bool = True  # false if nothing in the data can show it
+    # True if the mistake concerns the sensors and is the same in both runs, so that gains from a weighed load include
     # it.
     of_sensors: bool = False
 
@@ -61,7 +61,7 @@ class Outcome(NamedTuple):
 
     name: str  # description of the mistake
     verdict: str  # one of _VERDICTS
-    reason: str  # first reason given; empty without one
+    reason: str  # first reason given; empty if none was given
 
 
 def try_mistakes(case: Case, mistakes: Sequence[Mistake], settings: IdentificationSettings) -> list[Outcome]:
@@ -71,7 +71,7 @@ def try_mistakes(case: Case, mistakes: Sequence[Mistake], settings: Identificati
 
 
 def count_outcomes(outcomes: Sequence[Outcome]) -> dict[str, int]:
-    """Counts the verdicts; the keys are those of metrics.json."""
+    """Counts the verdicts; the keys are as in metrics.json."""
     verdicts = [outcome.verdict for outcome in outcomes]
     return {"tried": len(outcomes)} | {name: verdicts.count(name) for name in _VERDICTS}
 
@@ -88,7 +88,7 @@ def _try(case: Case, mistake: Mistake, good: PayloadBelief, settings: Identifica
 
 
 def _finds_mass(belief: PayloadBelief, good: PayloadBelief, mass: float, of_sensors: bool) -> bool:
-    """Returns whether the mass, or for a weighed load the gains, agrees with the good case."""
+    """Returns True if the mass, or for a weighed load the gains, agrees with the good case."""
     if belief.calibration is None or good.calibration is None:
         error = abs(belief.mass - mass)
         return bool(error <= _RELATIVE * mass or error <= _SDS * belief.mass_sd)

@@ -1,4 +1,4 @@
-"""Mistakes that users make with recordings, each to be made in a pair of runs that is known to be good.
+"""Mistakes that users make with recordings; the study makes each of them in a pair of runs that is known to be good.
 
 Mistakes that the data cannot show are marked with ``can_be_seen=False``; reports list them as assumptions.
 """
@@ -15,7 +15,7 @@ from studies.recorded.mistake_outcomes import Case, Mistake
 
 
 def _of_runs(change: Callable[[Run], Run], which: str = "both") -> Callable[[Case], Case]:
-    """Returns a mistake in the recording of one run, or of both."""
+    """Returns a mistake that changes the recording of one run, or of both."""
 
     def make(case: Case) -> Case:
         empty = change(case.empty) if which in ("empty", "both") else case.empty
@@ -60,7 +60,7 @@ def _swap(i: int, j: int, n: int = 6) -> list[int]:
 
 
 def _change_joint(joint: int, change: Callable[[Array], Array]) -> Callable[[Run], Run]:
-    """Returns a change of one joint's signal; joints are counted from 1."""
+    """Returns a change of one joint's signal; joints are numbered from 1."""
 
     def change_signal(signal: Array) -> Array:
         signal[:, joint - 1] = change(signal[:, joint - 1])
@@ -79,7 +79,7 @@ def _offset_angle(joint: int, offset: float) -> Callable[[Run], Run]:
 
 
 def _cut(first: float, seconds: float) -> Callable[[Run], Run]:
-    """Returns a change that removes a stretch, [s], starting at a given share of the run."""
+    """Returns a change that removes a stretch, [s], which starts at a given fraction of the run."""
 
     def change(run: Run) -> Run:
         start = run.times[0] + first * (run.times[-1] - run.times[0])
@@ -89,7 +89,7 @@ def _cut(first: float, seconds: float) -> Callable[[Run], Run]:
 
 
 def _close_gap(seconds: float) -> Callable[[Run], Run]:
-    """Returns a change that cuts a segment, [s], out of a run and conceals the gap with a continuous clock."""
+    """Returns a change that cuts a stretch, [s], out of a run and hides the gap with a continuous clock."""
 
     def change(run: Run) -> Run:
         middle = len(run.times) // 2
@@ -115,14 +115,14 @@ def _clip(values: Array) -> Array:
 
 
 def _hold_value(values: Array) -> Array:
-    """Returns values that are stuck for a quarter of the run."""
+    """Returns values that stay constant for a quarter of the run."""
     first, last = len(values) // 2, 3 * len(values) // 4
     values[first:last] = values[first]
     return values
 
 
 def _drop_load(case: Case) -> Case:
-    """Loses the load half-way through the run, for runs with the same motion."""
+    """Removes the load half-way through the run; both runs must have the same motion."""
     run, empty = case.loaded, case.empty
     signal = run.signal.copy()
     middle = run.times[0] + 0.5 * (run.times[-1] - run.times[0])
@@ -133,14 +133,14 @@ def _drop_load(case: Case) -> Case:
 
 
 def _touch_table(signal: Array) -> Array:
-    """Adds contact during a fifth of the run: a signal as large as the load's on the first three joints."""
+    """Adds a contact during a fifth of the run: a signal as large as the load's, on the first three joints."""
     rows = slice(2 * len(signal) // 5, 3 * len(signal) // 5)
     signal[rows, :3] += np.ptp(signal[:, :3], axis=0) * np.array([0.5, -0.5, 0.5])
     return signal
 
 
 def _other_robot(lengths: float, mass: float) -> Callable[[Case], Case]:
-    """Returns a change to another robot of the family, with links scaled in length and mass."""
+    """Returns a mistake in which the model is another robot of the family, with links scaled in length and mass."""
 
     def make(case: Case) -> Case:
         chain = case.robot
@@ -161,12 +161,12 @@ def _other_axis(joint: int) -> Callable[[Case], Case]:
 
 
 def _weigh(factor: float) -> Callable[[Case], Case]:
-    """Returns a change in which the scale is misread: in another unit, or without part of the load."""
+    """Returns a mistake in reading the scale: another unit, or a part of the load left out."""
 
     def make(case: Case) -> Case:
         if case.reference_mass is not None:
             return replace(case, reference_mass=factor * case.reference_mass)
-        if (gains := case.gains) is not None:  # these gains come from the same weighing
+        if (gains := case.gains) is not None:  # these gains come from the same misread weighing
             wrong = replace(gains, mean=gains.mean / factor, covariance=gains.covariance / factor**2)
             return replace(case, gains=wrong)
         return replace(case, reference_mass=factor * case.mass)
@@ -205,8 +205,8 @@ def _take_other_rows(signal: Array) -> Array:
 _JOINTS = ("joint 1", "joint 2", "joint 3", "joint 4", "joint 5", "joint 6")
 _ALL = ["q", "v", "signal"]
 
-# The list for six joints was drawn up before any mistake was tried, from users' questions about such programs and
-# from first errors of the studies' own authors. Mistakes added later are at the end.
+# The list for six joints was written before any mistake was tried, from users' questions about such programs and from
+# early errors of the studies' own authors. Mistakes added later are at the end.
 MISTAKES: tuple[Mistake, ...] = (
     # Units and kinds of the signal
     Mistake("the signal is called a joint torque", _of_runs(_describe(kind=SignalKind.JOINT_TORQUE))),
@@ -246,8 +246,8 @@ MISTAKES: tuple[Mistake, ...] = (
     Mistake("4 s missing from the loaded run", _of_runs(_cut(0.4, 4.0), "loaded")),
     Mistake("4 s missing from the empty run", _of_runs(_cut(0.4, 4.0), "empty")),
     Mistake("1 s missing from both runs", _of_runs(_cut(0.6, 1.0))),
-    Mistake("4 s missing and the clock going on, loaded run", _of_runs(_close_gap(4.0), "loaded")),
-    Mistake("4 s missing and the clock going on, both runs", _of_runs(_close_gap(4.0))),
+    Mistake("4 s missing while the clock continues, loaded run", _of_runs(_close_gap(4.0), "loaded")),
+    Mistake("4 s missing while the clock continues, both runs", _of_runs(_close_gap(4.0))),
     # Runs exchanged
     Mistake("empty and loaded run exchanged", lambda case: replace(case, empty=case.loaded, loaded=case.empty)),
     Mistake("the loaded run twice", lambda case: replace(case, empty=case.loaded)),

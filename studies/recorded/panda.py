@@ -1,7 +1,7 @@
-"""Payloads injected into the real noise of a Panda: torques of random payloads are added to its measured torques.
+"""Injects payloads into the real noise of a Panda: torques of random payloads are added to its measured torques.
 
 An injected payload passes through no sensor, so gains are exact here; everything else is as on a robot that holds it.
-The arm is fitted outside the window in which a payload is identified, with a guard of half a second on either side.
+The arm is fitted outside the window in which a payload is identified; half a second on either side is left out, too.
 """
 
 from collections.abc import Iterator
@@ -35,14 +35,14 @@ _WRONG = 3.0  # error of a wrong payload setting, in tolerances
 
 
 class Injections(NamedTuple):
-    """Identified payloads for one window length; shapes (N,) or (N, 10), quantities as in payload_belief."""
+    """Identified payloads for one length of window; shapes (N,) or (N, 10), quantities as in payload_belief."""
 
     truth: Array  # true mass, centre of mass and moments of inertia about it
     mean: Array  # posterior means
     sd: Array  # posterior standard deviations
     inside: Array  # true where the 90 % interval contains the truth
     phantom: Array  # phantom mass of errors that do not average out, estimated outside the window, [kg]
-    # Share of right payload settings that are accepted, and of wrong ones that are found, shape (N, 2).
+    # Fractions of right payload settings that are accepted and of wrong ones that are found wrong, shape (N, 2).
     claims: Array
 
     @property
@@ -54,12 +54,12 @@ class Injections(NamedTuple):
 class PandaResult(NamedTuple):
     """Results of the study on the Panda."""
 
-    numbers: dict[str, Any]  # numbers of metrics.json
+    numbers: dict[str, Any]  # numbers for metrics.json
     details: dict[str, Any]  # further numbers, for details.json
     injections: dict[int, Injections]  # identified payloads, by length of window, [s]
-    control: Injections  # identified payloads under the assumption of white noise
-    # Errors of the mass by least squares in the same windows, [kg], and 1 where its 90 % interval contains the truth,
-    # shape (N, 2).
+    control: Injections  # payloads identified under the assumption of white noise
+    # For each payload the error of the mass by least squares in the same window, [kg], and 1 if its 90 % interval
+    # contains the truth, shape (N, 2).
     least_squares: Array
 
 
@@ -93,7 +93,7 @@ def study_panda(data: PandaData, settings: IdentificationSettings, *, num_inject
 
 
 class PandaStudy:
-    """Prepared recording, with a cache of the arms fitted outside each window."""
+    """Prepared recording, with a cache of the arm fitted outside each window."""
 
     def __init__(self, data: PandaData, settings: IdentificationSettings) -> None:
         self._robot, self._run = data.robot, data.empty
@@ -108,11 +108,11 @@ class PandaStudy:
         self._arms: dict[tuple[int, int, IdentificationSettings], FittedArm] = {}
 
     def count_windows(self, length: int) -> int:
-        """Counts the windows of a length, [s]; most of them overlap."""
+        """Counts the windows of a given length, [s]; most of them overlap."""
         return self._num_cells - round(length / CELL) + 1
 
     def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
-        """Identifies random payloads in windows of a length, [s]."""
+        """Identifies random payloads in windows of a given length, [s]."""
         found = []
         drawn = self.draw(length, settings, num_injections, seed)
         for payload, evidence, phantom in tqdm(
@@ -129,7 +129,7 @@ class PandaStudy:
         return Injections(*(np.array(each, dtype=float) for each in zip(*found, strict=True)))
 
     def solve_peer(self, length: int, *, num_injections: int, seed: int) -> Array:
-        """Computes errors of the mass by least squares, [kg], and 1 where the 90 % interval contains the truth.
+        """Computes errors of the mass by least squares, [kg], with 1 where the 90 % interval contains the truth.
 
         The payloads and windows are those of ``inject``.
         """
@@ -174,7 +174,7 @@ def _judge_settings(belief: PayloadBelief, true: PayloadSetting) -> tuple[float,
     """Judges the true payload setting, and wrong ones that differ by three tolerances in mass or first moment.
 
     Returns:
-        1 if the true setting is accepted, else 0; and the share of wrong settings that are found.
+        1 if the true setting is accepted, else 0; and the fraction of wrong settings that are found wrong.
     """
     verdict = judge_claim(belief, true)
     far, lever = _WRONG * verdict.mass_tolerance, _WRONG * verdict.moment_tolerance

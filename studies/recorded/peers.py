@@ -1,4 +1,4 @@
-"""Common methods on the same samples: least squares, unconstrained and with a positive semidefinite pseudo-inertia.
+"""Common methods on the same samples: least squares, without bounds and with a positive semidefinite pseudo-inertia.
 
 Both assume exact gains, and errors that are white and equal at all joints. As is common practice, friction
 (direction, velocity, offset) of each joint is fitted together with the ten parameters.
@@ -15,7 +15,7 @@ from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains
 from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_parameters
 
-# Half the width of a normal 90 % interval, in standard deviations.
+# Half-width of a normal 90 % interval, in standard deviations.
 TO_90 = 1.645
 
 
@@ -23,7 +23,7 @@ class PointPayload(NamedTuple):
     """Estimated payload."""
 
     parameters: Array  # inertial parameters, shape (10,)
-    mass_sd: float  # standard deviation of the mass if errors were white, [kg]
+    mass_sd: float  # standard deviation of the mass under the assumption of white errors, [kg]
 
 
 def solve_least_squares(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> PointPayload:
@@ -37,7 +37,7 @@ def solve_least_squares(evidence: Evidence, gains: Gains, *, with_load_friction:
 
 
 def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
-    """Estimates the ten parameters under a positive semidefinite pseudo-inertia (Clarabel); mass_sd is NaN.
+    """Estimates the ten parameters under a positive semidefinite pseudo-inertia, with Clarabel; mass_sd is NaN.
 
     Raises:
         AffordanceError: The solver fails.
@@ -65,7 +65,7 @@ def eliminate_friction(evidence: Evidence, gains: Gains, *, with_load_friction: 
 
 
 def _stack(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> tuple[Array, Array]:
-    """Stacks the rows of all joints, [N m]; columns are ten for the payload and three of friction for each joint."""
+    """Stacks the rows of all joints, [N m]; columns are ten for the payload, then three for friction per joint."""
     samples = evidence.samples
     num_joints = samples.signal.shape[1]
     rows, right = [], []

@@ -7,11 +7,11 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
-# Edges across and along, [m], and densities, [kg/m^3], both log-uniform; offsets across, [m].
+# Edges across and along the row, [m], and densities, [kg/m^3], both log-uniform; offsets across the row, [m].
 _LEAST_EDGES, _LARGEST_EDGES = (0.015, 0.015, 0.02), (0.15, 0.15, 0.18)
 _DENSITIES = (300.0, 8000.0)
 _OFFSET = 0.03
-# A payload is drawn again until its mass is within a quarter of the drawn mass.
+# A payload is drawn again until its mass differs from the drawn mass by at most a quarter.
 _TOLERANCE = 0.25
 
 

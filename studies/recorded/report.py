@@ -1,4 +1,4 @@
-"""Report of the study of recordings: identified loads against weighed ones, and coverage of intervals."""
+"""Report of the study of recordings: identified loads compared with weighed ones, and coverage of intervals."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,32 +16,32 @@ def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
     """Describes the results, with numbers from details.json that explain them."""
     config, white = details["config"], numbers["panda"]["white_coverage_mass_5s"]
     captions = {
-        "masses": "Identified masses with their 90 % intervals, and what scales say.",
+        "masses": "Identified masses with their 90 % intervals, and masses measured with scales.",
         "injections": (
-            "Payloads put into a Panda's measured torques, in windows that the fit of the arm did not see. The"
-            f" same windows with errors taken for independent hold the truth in {100.0 * white:.0f} % of the cases."
+            "Payloads added to a Panda's measured torques, in windows that were not used to fit the arm. If errors"
+            f" are taken for independent there, intervals contain the truth in {100.0 * white:.0f} % of the cases."
         ),
         "peers": (
-            "The same samples and the same gains, by others' methods and ours. Errors of a few grams in 2.8 kg"
-            " cannot be distinguished; the difference is that ours has an interval that holds."
+            "Other methods and ours on the same samples and gains. Errors of a few grams in 2.8 kg cannot be"
+            " distinguished; the difference is that only ours has an interval that contains the truth."
         ),
-        "fit": "UR10e: what the load adds to the motor currents, the fit, and what it leaves.",
+        "fit": "UR10e: what the load adds to the motor currents, the fit, and the residuals.",
         "posteriors": (
-            "UR10e: the belief before and after the run. Moments of inertia are hardly seen in a motion as slow"
-            " as this."
+            "UR10e: the belief before and after the run. A motion as slow as this says little about moments of"
+            " inertia."
         ),
-        "whiteness": "UR10e: errors agree over tenths of a second; samples of 100 Hz are not independent.",
+        "whiteness": "UR10e: errors are correlated over tenths of a second; samples at 100 Hz are not independent.",
     }
     return Section(
         order=31,
         title="Real recordings",
         summary=(
-            "What robots held, from recordings that others published: a UR10e with a weighed load of 2.805 kg,"
-            f" known by its motor currents alone; {config['injections']} random payloads put into the measured"
-            " torques of a Panda, for windows of 2, 5 and 10 s; three weighed objects on a servo arm, known by how"
-            f" far its servos stay from where they are commanded to be. In addition, drawn truths: {config['draws']}"
-            f" bodies from the prior, and {config['draws']} seen objects with a fifth of their mass in a lump that"
-            " was not seen."
+            "Payloads of robots, identified from recordings that others published: a weighed load of 2.805 kg in the"
+            f" hand of a UR10e, from its motor currents alone; {config['injections']} random payloads added to the"
+            " measured torques of a Panda, for windows of 2, 5 and 10 s; three weighed objects on a servo arm, from"
+            f" the distance of its servos from their commanded positions. In addition {config['draws']} bodies drawn"
+            f" from the prior, and {config['draws']} seen objects with a fifth of their mass in a lump that was not"
+            " seen."
         ),
         figures=[ReportFigure(file=f"{name}.png", caption=caption) for name, caption in captions.items()],
         claims=judge(numbers),
@@ -49,21 +49,21 @@ def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
         remarks=[
             (
                 "Of these repositories only the recordings named in docs/identify_evidence.md were opened while this"
-                " was made; the others were held back for a check afterwards. What was chosen after results on these"
-                " few had been seen is listed in docs/decisions/0020-recorded-data.md."
+                " was made; the others were held back for a later check. Choices made after results on these few"
+                " recordings had been seen are listed in docs/decisions/0020-recorded-data.md."
             ),
             (
-                "Sizes that are off by shares drawn evenly up to a fifth were added after we had seen that sizes"
-                " off by a whole fifth in every hold are missed."
+                "The case of size errors drawn uniformly up to a fifth was added after we had seen that intervals"
+                " fail if sizes are wrong by a whole fifth in every hold."
             ),
             (
-                "Injected payloads are felt through no sensor: gains are exact there. Of the Panda's 21 s only a"
-                f" few windows do not overlap, so coverage is of {config['injections']} payloads but of some ten,"
-                " four and two stretches of noise in windows of 2, 5 and 10 s."
+                "Injected payloads pass through no sensor, so gains are exact for them. Windows overlap in the"
+                f" Panda's 21 s, so coverage is counted over {config['injections']} payloads but only some ten, four"
+                " and two independent stretches of noise for windows of 2, 5 and 10 s."
             ),
             (
-                "The masses of the servo arm's objects are found to its intervals; their centres of mass are"
-                " found to some centimetres only."
+                "The masses of the servo arm's objects are inside their intervals; their centres of mass are only"
+                " identified to some centimetres."
             ),
         ],
     )
@@ -76,66 +76,66 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
     return [
         *_judge_ur10e(ur10e),
         claim("panda_coverage", "ours",
-              "Of payloads in a Panda's real noise, 90 % intervals of the mass hold at least 75, 85 and 85 % in"
-              " windows"
+              "With a Panda's real noise, 90 % intervals contain the mass of at least 75, 85 and 85 % of payloads"
+              " in windows"
               " of 2, 5 and 10 s.",
               check("2 s", panda["coverage_mass"]["2"], at_least=0.75),
               check("5 s", panda["coverage_mass"]["5"], at_least=0.85),
               check("10 s", panda["coverage_mass"]["10"], at_least=0.85)),
-        claim("panda_error", "ours", "In 5 s the mass is found to 35 g, root mean square.",
+        claim("panda_error", "ours", "In 5 s the root mean square error of the mass is at most 35 g.",
               check("root mean square error", panda["rmse_mass_g_5s"], G, at_most=35)),
         claim("panda_control", "ours",
-              "Errors taken for independent give intervals that hold the truth in less than 15 % of the cases.",
+              "If errors are taken for independent, intervals contain the truth in less than 15 % of the cases.",
               check("share", panda["white_coverage_mass_5s"], below=0.15)),
         claim("lbipe", "ours",
-              "Three weighed objects lie inside their 90 % intervals, and are found to 9 g, root mean square.",
+              "Three weighed masses are inside their 90 % intervals, with a root mean square error of at most 9 g.",
               check("inside", n["lbipe"]["inside"], COUNT, at_least=3),
               check("root mean square error", n["lbipe"]["rmse_g"], Unit("g", digits=1), at_most=9)),
         claim("own_prior", "ours",
-              "Of truths drawn from the prior, 90 % intervals hold 86 to 95 % of masses and centres of mass, and at"
-              " least 83 % of moments of inertia.",
+              "For truths drawn from the prior, 90 % intervals contain 86 to 95 % of masses and centres of mass, and"
+              " at least 83 % of moments of inertia.",
               check("mass", prior["mass"], SHARE, at_least=0.86, at_most=0.95),
               check("centre of mass", prior["com"], SHARE, at_least=0.86, at_most=0.95),
               check("moments of inertia", prior["inertia"], SHARE, at_least=0.83)),
         claim("hidden_part", "ours",
-              "With a fifth of the mass in a lump that was not seen, 90 % intervals of the centre of mass hold it"
+              "With a fifth of the mass in an unseen lump, 90 % intervals of the centre of mass contain it"
               " in at"
-              " least 85 %.",
+              " least 85 % of the cases.",
               check("share", n["hidden_part_com_coverage"], SHARE, at_least=0.85)),
         claim("mistakes", "ours",
-              "Of mistakes made in a good pair of runs, at most three are answered wrongly without a word.",
-              check("answered wrongly without a word", n["mistakes"]["wrong_silent"], COUNT, at_most=3),
+              "Of the mistakes made in a good pair of runs, at most three give a wrong answer without a warning.",
+              check("wrong answers without a warning", n["mistakes"]["wrong_silent"], COUNT, at_most=3),
               check("tried", n["mistakes"]["tried"], COUNT, at_least=60)),
         claim("false_alarms", "ours", "At most one good run in a hundred is refused or not trusted.",
               check("share of windows", n["false_alarms"], PERCENT_2, at_most=0.01)),
-        claim("seeds", "ours", "Edges of intervals move by less than a tenth of a standard deviation with the seed.",
+        claim("seeds", "ours", "Ends of intervals move by less than a tenth of a standard deviation with the seed.",
               check("largest distance from the mean over five seeds", n["seed_shift_over_sd"], SHARE, below=0.1)),
         claim("classes", "ours",
-              "For boxes, hammers, pans and rods, each by itself, 90 % intervals hold 83 to 97 % of masses,"
-              " centres and"
-              " moments.",
+              "For boxes, hammers, pans and rods, each class by itself, 90 % intervals contain 83 to 97 % of masses,"
+              " centres of mass"
+              " and moments of inertia.",
               check("mass", classes["mass"], SHARE, at_least=0.83, at_most=0.97),
               check("centre of mass", classes["com"], SHARE, at_least=0.83, at_most=0.97),
               check("moments of inertia", classes["inertia"], SHARE, at_least=0.83, at_most=0.97)),
         claim("sizes", "ours",
-              "Of objects whose sizes are seen right, a tenth off, and off by shares that are drawn evenly up to"
+              "If sizes are seen correctly, wrong by a tenth, or wrong by errors drawn uniformly up to"
               " a fifth,"
-              " 90 % intervals hold at least 83 % of the densities that are taught.",
+              " 90 % intervals contain at least 83 % of the learned densities.",
               check("right", sizes["0"], SHARE, at_least=0.83),
-              check("10 % off", sizes["10"], SHARE, at_least=0.83),
-              check("drawn evenly", sizes["up_to_20"], SHARE, at_least=0.83)),
+              check("wrong by 10 %", sizes["10"], SHARE, at_least=0.83),
+              check("drawn uniformly", sizes["up_to_20"], SHARE, at_least=0.83)),
         claim("sizes_fifth_off", "ours",
-              "Of objects that each are seen a whole fifth too large or too small, 90 % intervals hold at least"
+              "If every object is seen a whole fifth too large or too small, 90 % intervals contain at least"
               " 83 % of"
-              " the densities that are taught.",
-              check("20 % off", sizes["20"], SHARE, at_least=0.83)),
+              " the learned densities.",
+              check("wrong by 20 %", sizes["20"], SHARE, at_least=0.83)),
         claim("claimed", "ours",
-              "The payload that is set on a controller is not called wrong if it is right, and is if it is three"
-              " tolerances off, in 90 % each.",
-              check("right ones that are not called wrong", n["claimed"]["right_accepted"], SHARE, at_least=0.9),
-              check("wrong ones that are called wrong", n["claimed"]["wrong_found"], SHARE, at_least=0.9)),
+              "A payload set on a controller is accepted if it is right, and called wrong if it is wrong by three"
+              " tolerances, each in at least 90 % of the cases.",
+              check("right payloads that are accepted", n["claimed"]["right_accepted"], SHARE, at_least=0.9),
+              check("wrong payloads that are called wrong", n["claimed"]["wrong_found"], SHARE, at_least=0.9)),
         claim("speed", "ours",
-              "A sample takes at most 0.1 ms, a belief 10 ms, a run of 50 s at 100 Hz one second, reading included.",
+              "A sample takes at most 0.1 ms, a belief 10 ms, a run of 50 s at 100 Hz one second including reading.",
               check("a sample", n["ms_per_sample"], Unit("ms", digits=3), at_most=0.1),
               check("a belief", n["ms_per_posterior"], Unit("ms", digits=1), at_most=10),
               check("a run", n["s_per_run"], Unit("s"), at_most=1)),
@@ -145,9 +145,9 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 def _judge_ur10e(ur10e: Mapping[str, Any]) -> list[ClaimResult]:
     return [
         claim("ur10e_halves", "ours",
-              "With gains from one half of the UR10e's run, the load of the other is found within 2 %, inside its"
-              " 90 %"
-              " interval, which is credible.",
+              "With gains from one half of the UR10e's run, the load in the other is identified within 2 %, inside"
+              " its 90 %"
+              " interval, whose width is credible.",
               check("relative error of each half", np.abs(ur10e["half_error"]), PERCENT_2, at_most=0.02),
               check("inside", np.min(ur10e["half_inside"]), COUNT, at_least=1),
               check("standard deviations", ur10e["half_sd_kg"], G_OF_KG, at_least=0.02, at_most=0.06)),
@@ -155,8 +155,8 @@ def _judge_ur10e(ur10e: Mapping[str, Any]) -> list[ClaimResult]:
               "Shoulder and elbow of the UR10e lose 7 to 13 % of the load to friction.",
               check("joints 2 and 3", ur10e["load_friction"], SHARE, at_least=0.07, at_most=0.13)),
         claim("ur10e_empty", "ours",
-              "An empty run taken for a loaded one weighs nothing within 2.5 standard deviations, of at most 30 g.",
-              check("apparent mass over its standard deviation",
+              "An empty run taken for a loaded one has zero mass within 2.5 standard deviations of 30 g or less.",
+              check("apparent mass divided by its standard deviation",
                     np.abs(ur10e["empty_as_load_kg"]) / ur10e["empty_as_load_sd_kg"], at_most=2.5),
               check("standard deviation", ur10e["empty_as_load_sd_kg"], G_OF_KG, at_most=0.03)),
     ]  # fmt: skip
@@ -174,7 +174,7 @@ def _tabulate_load(ur10e: Mapping[str, Any], details: Mapping[str, Any]) -> Tabl
             "an arm fitted to the empty run, gains from the pair",
             f"{unpaired[0]:.3f} +- {unpaired[1]:.3f}",
         ],
-        ["gains from the arm's own weight by its file", f"{by_weight[0]:.2f} +- {by_weight[1]:.2f}"],
-        ["on a scale", "2.805"],
+        ["gains from the arm's weight in its file", f"{by_weight[0]:.2f} +- {by_weight[1]:.2f}"],
+        ["measured with a scale", "2.805"],
     ]
-    return Table("The UR10e's load by other analyses.", ["analysis", "mass (kg)"], rows)
+    return Table("The UR10e's load in other analyses.", ["analysis", "mass (kg)"], rows)

@@ -1,7 +1,7 @@
-"""Accuracy of learned densities if a camera saw objects in wrong sizes.
+"""Accuracy of learned densities if a camera sees objects in wrong sizes.
 
-All parts of an object look larger, or all smaller, by the same share, as for a camera with a wrong scale. The share
-is fixed for all holds, or drawn evenly up to a limit. Identification assumes its default size error.
+All parts of an object look larger, or all look smaller, by the same fraction, as for a camera with a wrong scale. The
+fraction is fixed for all holds, or drawn uniformly up to a limit. Identification assumes its default size error.
 """
 
 from collections.abc import Callable
@@ -23,9 +23,9 @@ from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from studies.recorded.simulated_truths import MATERIAL_PRIOR, World
 
-# Shares by which sizes are wrong, in per cent.
+# Fractions by which sizes are wrong, in per cent.
 _WRONG = (0, 10, 20)
-_UP_TO = 20  # limit of the drawn shares, in per cent
+_UP_TO = 20  # limit of the drawn fractions, in per cent
 _SIZE_ERROR = 0.2  # default of --size-error
 _TOOLS = ("novel", "com", "weight", "uncommon")
 
@@ -33,11 +33,11 @@ _TOOLS = ("novel", "com", "weight", "uncommon")
 def measure_seen_sizes(world: World, *, num_draws: int, seed: int) -> dict[str, float]:
     """Measures how often the 90 % interval of a learned density contains the truth, for each size error, [%].
 
-    The key `up_to_20` is for errors that are drawn evenly up to 20 %.
+    The key ``up_to_20`` is for errors drawn uniformly up to 20 %.
     """
     materials = load_materials(MODELS / "materials.yaml")
     tools = [tool for name in _TOOLS for tool in load_tools(MODELS / "tools" / f"{name}.yaml", materials)]
-    # A decoy would teach a wrong density whatever its size.
+    # Tools that are decoys are left out: they would teach a wrong density whatever their size.
     honest = [tool for tool in tools if all(part.material == part.looks_like for part in tool.components)]
     errors: dict[str, Callable[[np.random.Generator], float]] = {
         str(wrong): partial(lambda wrong, rng: wrong * rng.choice([-1.0, 1.0]), wrong) for wrong in _WRONG
@@ -54,7 +54,7 @@ def measure_seen_sizes(world: World, *, num_draws: int, seed: int) -> dict[str, 
 
 
 def _teach(world: World, tool: Tool, looks: Tool, rng: np.random.Generator) -> list[bool]:
-    """Returns for each material whether its interval contains the true density; empty if nothing is learned."""
+    """Returns for each material whether its interval contains the true density; empty if nothing was learned."""
     parts = tool.components
     densities = np.array([part.material.density for part in parts])
     Phi = build_inertia_map([p.shape for p in parts], [p.X_TE for p in parts], range(len(parts)), len(parts))

@@ -1,4 +1,4 @@
-"""Coverage of intervals if the truth is drawn from the prior.
+"""Measures the coverage of intervals if the truth is drawn from the prior.
 
 Bodies drawn from the prior, and seen objects with an unseen lump, are held in windows of the Panda's motion. Gains,
 friction and errors are drawn from the likelihood, so only the posterior is tested.
@@ -31,7 +31,7 @@ from studies.recorded.solids import CLASSES
 
 _LENGTH = 5.0  # [s]
 _MASSES = (0.1, 3.0)
-# Prior of materials never felt, with the default of settings.py.
+# Prior of materials that were never held, with the default in settings.py.
 MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 
 
@@ -45,7 +45,7 @@ class World:
     settings: IdentificationSettings
 
     def hold(self, pi: Array, rng: np.random.Generator) -> PayloadLikelihood:
-        """Simulates the hold of a body through a random window; returns its likelihood."""
+        """Simulates a hold of a body through a random window; returns its likelihood."""
         n = self.robot.num_joints
         rows = round(_LENGTH * self.prepared.rate)
         first = int(rng.integers(len(self.prepared.times) - rows))
@@ -71,7 +71,7 @@ class World:
 
 
 def measure_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, Any]:
-    """Measures coverage of 90 % intervals for bodies of each kind; the keys are those of metrics.json."""
+    """Measures the coverage of 90 % intervals for bodies of each kind; the keys are as in metrics.json."""
     solid = SolidPrior.for_hand()
     rng = np.random.default_rng((seed, 1))
     coverage = _cover(world, lambda rng: solid.draw_parameters(rng, 1)[0], rng, num_draws, "own prior")
@@ -90,10 +90,10 @@ def measure_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, An
 
 
 def measure_class_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, Any]:
-    """Measures coverage of 90 % intervals for each class of things, the lowest over coordinates and moments.
+    """Measures the coverage of 90 % intervals for each class of objects, the lowest over coordinates and moments.
 
     Returns:
-        The keys of metrics.json: coverage of each class, and of each quantity for all classes in order.
+        Values as in metrics.json: coverage for each class, and of each quantity for all classes in order.
     """
     found = {}
     for number, (name, draw) in enumerate(CLASSES.items()):
@@ -118,7 +118,7 @@ def _cover(
 
 
 def _hide_and_find(world: World, rng: np.random.Generator) -> float:
-    """Computes the coverage of the centre's coordinates, with a fifth of the mass in an unseen lump."""
+    """Computes the coverage of the centre of mass if a fifth of the mass is in an unseen lump."""
     seen = draw_payload(rng, _MASSES)
     share = world.settings.unseen_share
     lump = compute_point_parameters(rng.uniform(seen.low, seen.high))
@@ -135,7 +135,7 @@ def _hide_and_find(world: World, rng: np.random.Generator) -> float:
 
 
 def _see(payload: RandomPayload) -> SeenObject:
-    """Returns what a camera sees: the geometry, with a separate material, never felt before, for each part."""
+    """Returns what a camera sees: the geometry, with a separate, unknown material for each part."""
     num_parts = payload.Phi.shape[1]
     colours = [(i / num_parts, 0.2, 0.5) for i in range(num_parts)]
     thing = AtHand(Thing((), tuple(range(num_parts))), 0)

@@ -1,6 +1,6 @@
-"""Things from a workshop and a kitchen, for testing the prior of solids; none of them was used to build that prior.
+"""Objects from a workshop and a kitchen, to test the prior of solids; none of them was used to build that prior.
 
-Sizes and materials are those of shops' listings. Each thing is held at its handle, or anywhere along it, in any
+Sizes and materials are those of shops' listings. Each object is held at its handle, or anywhere along it, in any
 direction.
 """
 
@@ -13,11 +13,11 @@ from affordance.arrays import Array
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
 _STEEL, _ALUMINIUM, _WOOD, _PLASTIC = 7850.0, 2700.0, 700.0, 1100.0
-_HELD_SD, _PLACED_SD = 0.03, 0.06  # distance of the grip from the tip, at a handle and on a box, [m]
+_HELD_SD, _PLACED_SD = 0.03, 0.06  # SD of each coordinate of the grip at the tip, handle and box, [m]
 
 
 class _Part(NamedTuple):
-    """Part of a thing: mass, [kg], centre along its axes, [m], and mean squares of coordinates about it, [m^2]."""
+    """Part of an object: mass, [kg], centre along its axes, [m], and mean squares of coordinates about it, [m^2]."""
 
     mass: float
     centre: tuple[float, float, float]
@@ -25,7 +25,7 @@ class _Part(NamedTuple):
 
 
 def draw_box(rng: np.random.Generator) -> Array:
-    """Draws a compact box, a tin or a camera of 3 to 15 cm and 0.05 to 4 kg; ten parameters, shape (10,)."""
+    """Draws a compact box, tin or camera of 3 to 15 cm and 0.05 to 4 kg; ten parameters, shape (10,)."""
     edges = rng.uniform(0.03, 0.15, 3)
     mass = float(np.clip(edges.prod() * np.exp(rng.uniform(np.log(200.0), np.log(3000.0))), 0.05, 4.0))
     return _hold(rng, [_Part(mass, (0.0, 0.0, 0.0), edges**2 / 12.0)], _PLACED_SD)
@@ -43,9 +43,9 @@ def draw_hammer(rng: np.random.Generator) -> Array:
 
 
 def draw_pan(rng: np.random.Generator) -> Array:
-    """Draws a frying pan of 16 to 28 cm, of aluminium or steel; ten parameters, shape (10,)."""
+    """Draws a frying pan of aluminium or steel, 16 to 28 cm wide; ten parameters, shape (10,)."""
     width, thickness = rng.uniform(0.16, 0.28), rng.uniform(0.002, 0.005)
-    bowl = 1.3 * np.pi * width**2 / 4.0 * thickness * rng.choice([_ALUMINIUM, _STEEL])  # with its rim
+    bowl = 1.3 * np.pi * width**2 / 4.0 * thickness * rng.choice([_ALUMINIUM, _STEEL])  # factor 1.3 for the rim
     length, handle, grip = rng.uniform(0.15, 0.22), rng.uniform(0.08, 0.25), rng.uniform(0.04, 0.10)
     flat = [width**2 / 16.0, width**2 / 16.0, 3e-4]
     parts = [
@@ -56,7 +56,7 @@ def draw_pan(rng: np.random.Generator) -> Array:
 
 
 def draw_rod(rng: np.random.Generator) -> Array:
-    """Draws a rod of 12 to 60 cm, of wood, plastic or metal; ten parameters, shape (10,)."""
+    """Draws a rod of wood, plastic or metal, 12 to 60 cm long; ten parameters, shape (10,)."""
     length, radius = rng.uniform(0.12, 0.60), rng.uniform(0.005, 0.020)
     mass = np.pi * radius**2 * length * rng.choice([_WOOD, _PLASTIC, _ALUMINIUM, _STEEL])
     return _hold(rng, [_build_rod(max(mass, 0.03), length, radius, rng.uniform(-0.35, 0.35) * length)], _HELD_SD)
@@ -75,7 +75,7 @@ def _build_rod(mass: float, length: float, radius: float, along: float) -> _Part
 
 
 def _hold(rng: np.random.Generator, parts: Sequence[_Part], held_sd: float) -> Array:
-    """Turns a thing to a random direction and holds it near the tip; ten parameters, shape (10,)."""
+    """Turns an object in a random direction and holds it near the tip; ten parameters, shape (10,)."""
     J = np.zeros((4, 4))
     for mass, centre, squares in parts:
         place = np.array(centre)

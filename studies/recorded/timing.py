@@ -1,4 +1,4 @@
-"""Processor times of identification: one sample on line, one posterior, one whole run."""
+"""Measures processor times of identification: one sample online, one posterior, one whole run."""
 
 import time
 from collections.abc import Callable
@@ -22,11 +22,11 @@ from studies.recorded.clones import UR10E_LOAD, load_ur10e
 from studies.recorded.peers import solve_least_squares, solve_semidefinite
 
 _REPEATS = 5
-_NUM_STEPS = 1000  # steps of the replay, with a posterior every hundredth
+_NUM_STEPS = 1000  # number of replayed steps; a posterior is computed at every hundredth
 
 
 def measure_times(data: Path, evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> dict[str, Any]:
-    """Measures times on the recordings of the UR10e, with its gains; the keys are those of metrics.json."""
+    """Measures times on the recordings of the UR10e with its gains; the keys are as in metrics.json."""
     ur10e = load_ur10e(data)
     per_sample, per_posterior = _time_replay(ur10e.robot, evidence, gains.with_drift(settings), settings)
 
@@ -45,7 +45,7 @@ def measure_times(data: Path, evidence: Evidence, gains: Gains, settings: Identi
 def compare_peers(evidence: Evidence, settings: IdentificationSettings) -> dict[str, Any]:
     """Computes each method's mean relative error of the mass over both halves, and its time to solution, [s].
 
-    All methods are given the same samples and the same gains, which our method found in the other half.
+    All methods get the same samples and the same gains, which our method estimated from the other half.
     """
     middle = len(evidence.prepared.times) // 2
     halves = evidence.select(slice(0, middle)), evidence.select(slice(middle, None))

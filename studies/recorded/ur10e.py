@@ -1,4 +1,4 @@
-"""Study of a UR10e with a weighed load, from motor currents with unknown gains."""
+"""Study of a UR10e with a weighed load, identified from motor currents with unknown gains."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -16,20 +16,20 @@ from affordance.identification.settings import IdentificationSettings
 from studies.recorded.clones import UR10E_LOAD, Ur10eData
 from studies.recorded.empty_hand import weigh_empty_hand
 
-# Joints whose load friction is reported, counted from 1.
+# Joints whose load friction is reported, numbered from 1.
 _LOADED_JOINTS = (2, 3)
-_WINDOW = 6.0  # duration of the windows in which gains are estimated again, to measure their drift, [s]
+_WINDOW = 6.0  # duration of the windows in which gains are estimated again to measure their drift, [s]
 
 
 class Ur10eResult(NamedTuple):
     """Results of the study on the UR10e."""
 
-    numbers: dict[str, Any]  # numbers of metrics.json
+    numbers: dict[str, Any]  # numbers for metrics.json
     details: dict[str, Any]  # further numbers, for details.json
     evidence: Evidence  # evidence from the pair of runs
     gains: Gains  # gains from the whole run
-    halves: HalfCheck  # check with gains from one half and the mass from the other
-    belief: PayloadBelief  # posterior of the load from the pair with these gains, for figures
+    halves: HalfCheck  # check in which one half gives the gains and the other half the mass
+    belief: PayloadBelief  # posterior of the load given the pair and these gains, for figures
 
 
 def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResult:
@@ -69,7 +69,7 @@ def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResul
 
 
 def _measure_drift(evidence: Evidence, pi: Array, settings: IdentificationSettings) -> Array:
-    """Measures the relative scatter of each joint's gain over windows with a known body, with estimation error."""
+    """Measures the relative scatter of each joint's gain between windows, including estimation error."""
     samples = evidence.samples
     known = replace(
         evidence,

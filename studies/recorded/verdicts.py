@@ -1,4 +1,4 @@
-"""Self-checks of identification: mistakes found, false alarms, and shifts of intervals with the seed."""
+"""Tests the self-checks of identification: mistakes found, false alarms, and shifts of intervals with the seed."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,19 +19,19 @@ from studies.recorded.mistakes import MISTAKES
 # Durations of the windows in which a good recording is judged, [s]; windows overlap by half.
 _PAIR_LENGTHS, _SINGLE_LENGTHS = (8.0, 12.0, 16.0, 25.0), (5.0, 7.0, 10.0, 15.0)
 _SEEDS = range(5)
-# Windows of the pair, by number, that are identified without gains: two of 8 s and one of 12 s.
+# Windows of the pair, by index, that are identified without gains: two of 8 s and one of 12 s.
 _UNWEIGHED = (0, 9, 12)
 # Sources of knowledge about gains and the empty arm.
 _MODES = ("by the arm's weight", "weighed", "gains", "unpaired")
-_FEW = 1000  # number of samples that suffices for a verdict
+_FEW = 1000  # number of samples that is enough for a verdict
 
 
 def study_mistakes(data: Ur10eData, gains: Gains, settings: IdentificationSettings) -> tuple[dict[str, Any], Any]:
-    """Makes every mistake in the pair: with a weighed load, with earlier gains, and with neither.
+    """Makes every mistake in the pair three times: with a weighed load, with earlier gains, and with neither.
 
     Returns:
-        Counts of the verdicts for the first two, and for the last under ``without_gains``; and each verdict with its
-        reason.
+        Counts of the verdicts for the first two, and under ``without_gains`` for the third; then each verdict with
+        its reason.
     """
     settings = replace(settings, num_samples=_FEW)
     case = Case(data.robot, data.empty, data.loaded, UR10E_LOAD)
@@ -83,7 +83,7 @@ def _cut(run: Run) -> Iterator[Run]:
 
 
 def _cut_pairs(data: Ur10eData) -> Iterator[tuple[Run, Run]]:
-    """Cuts both runs into windows of the same motion; yields the loaded and the empty part."""
+    """Cuts both runs into windows of the same motion; yields the loaded and the empty part of each window."""
     names = data.robot.joint_names
     empty, loaded = data.empty, data.loaded
     lag = align(empty.arrange(names), loaded.arrange(names), IdentificationSettings().repeat_tolerance).lag
@@ -100,8 +100,8 @@ def measure_seed_shift(data: Ur10eData, gains: Gains, panda: PandaData, settings
     """Measures how far the ends of 50 and 90 % intervals move with the seed.
 
     Returns:
-        The largest distance of an end from its mean over seeds, over recordings and quantities, in standard
-        deviations of the quantity.
+        The largest distance of an end from its mean over seeds, in standard deviations of the quantity, over all
+        recordings and quantities.
     """
     pair = Runs(data.loaded, (data.empty,))
     windows = [each for number, each in enumerate(_cut_pairs(data)) if number in _UNWEIGHED]

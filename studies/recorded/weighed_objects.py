@@ -1,8 +1,8 @@
 """Study of objects weighed on a servo arm, from the position errors of its servos alone.
 
 The signal is the deviation of each servo from its set point. Gain and friction of each servo are estimated from two
-objects with known torques, and the third object is identified with them. The model error is estimated from the same
-two objects: each of them is identified with the other's gains.
+objects with known torques, and then used to identify the third object. The model error is estimated from the same two
+objects: each of them is identified with the other's gains.
 """
 
 from collections.abc import Sequence
@@ -25,8 +25,8 @@ from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 from studies.recorded.clones import WeighedObject
 
-# Prior of servo position errors, in radians per newton metre. Servo gears lose more of the load than an arm's, so the
-# prior of load friction is broad; gains drift as on any robot.
+# Prior of servo position errors, in radians per newton metre. Servo gears lose more of the load to friction than an
+# arm's, so the prior of load friction is broad; gains drift as on any robot.
 SERVO_PRIOR = SignalPrior(
     scale_common_sd=0.0,
     scale_own_sd=0.0,
@@ -38,14 +38,14 @@ SERVO_PRIOR = SignalPrior(
     load_friction_sd=0.5,
     friction_sd=0.3,
 )
-# Postures are held one after the other: there are no rates and no filter.
+# Postures are held one after the other, so there are no velocities and no filter.
 _RATE = 1.0
 
 
 class WeighedResult(NamedTuple):
     """Results of the study on weighed objects."""
 
-    numbers: dict[str, Any]  # numbers of metrics.json
+    numbers: dict[str, Any]  # numbers for metrics.json
     details: dict[str, Any]  # further numbers, for details.json
     beliefs: dict[str, PayloadBelief]  # posteriors, by name of the object
 
@@ -80,7 +80,7 @@ def study_weighed_objects(objects: dict[str, WeighedObject], settings: Identific
 def calibrate_by_others(
     objects: dict[str, WeighedObject], name: str, settings: IdentificationSettings
 ) -> tuple[Evidence, Gains]:
-    """Builds the evidence of an object; gains, drift included, and model error come from the other objects."""
+    """Builds the evidence of an object; gains with their drift, and the model error, come from the other objects."""
     others = [other for key, other in objects.items() if key != name]
     gains = calibrate_gains(_build_known(others), None, settings).with_drift(settings)
     floor = build_phantom_covariance(_estimate_floor(others, settings))
@@ -88,7 +88,7 @@ def calibrate_by_others(
 
 
 def _estimate_floor(objects: Sequence[WeighedObject], settings: IdentificationSettings) -> float:
-    """Estimates the model error from one known object with gains from the other, as a phantom mass, [kg]."""
+    """Estimates the model error as a phantom mass, [kg], from one known object with gains from the other."""
     misfits = []
     for known in objects:
         others = [other for other in objects if other is not known]
@@ -103,7 +103,7 @@ def _estimate_floor(objects: Sequence[WeighedObject], settings: IdentificationSe
 
 
 def _build_known(objects: Sequence[WeighedObject]) -> Evidence:
-    """Builds the evidence of objects with known load, which is treated as part of the arm."""
+    """Builds the evidence of objects whose load is known and therefore treated as part of the arm."""
     torque = np.concatenate(
         [each.arm_torque + each.regressors @ np.array([each.mass, *each.first_moment]) for each in objects]
     )
@@ -120,11 +120,11 @@ def _build_unknown(weighed: WeighedObject) -> Evidence:
 
 def _build(Y: Array, torque: Array, deviation: Array, direction: Array) -> Evidence:
     num_samples, num_joints = torque.shape
-    zero = np.zeros_like(torque)  # motion is not used for postures at rest
+    zero = np.zeros_like(torque)  # at rest there is no motion
     samples = ChannelSamples(Y, torque, direction * np.sign(torque), direction, zero, deviation, direction != 0.0)
     return Evidence(
         source="lbipe",
-        analysis="static postures; torques of the empty arm as its owners compute them",
+        analysis="static postures; torques of the empty arm as computed by its owners",
         kind=SignalKind.CURRENT,
         channel_names=tuple(f"servo {j + 1}" for j in range(num_joints)),
         prepared=PreparedRun(np.arange(num_samples) / _RATE, zero, zero, zero, deviation, _RATE / 2.0),

@@ -1,1 +1,1 @@
-"""Robustness: every claim is evaluated in a sample of all values that the paper does not give."""
+"""Study of robustness: evaluates every claim in a sample of all values that the paper does not give."""

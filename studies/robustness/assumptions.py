@@ -1,4 +1,4 @@
-"""Assumptions that the paper does not state, their plausible ranges, and samples from these ranges."""
+"""Values that the paper does not state, their plausible ranges, and samples from these ranges."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ from affordance.files.bounded import read_yaml
 from studies.random_streams import StudyStream
 
 FILE = Path(__file__).parent / "assumptions.yaml"
-# The sequence is drawn in powers of two points.
+# The sequence is drawn in blocks whose sizes are powers of two.
 _LOG2_MAX = 13
 
-# Value of each assumption in a setting, by the assumption's name.
+# Setting: the value of each assumption, by the assumption's name.
 type Setting = Mapping[str, float | str]
 
 
@@ -23,14 +23,14 @@ type Setting = Mapping[str, float | str]
 class Assumption:
     """Assumption that the paper does not state."""
 
-    name: str  # key of the assumption in the file
+    name: str  # the assumption's key in the file
     label: str  # description in words, with its unit
-    source: str  # source of default and range
+    source: str  # source of the default and the range
     default: float | str  # value that the simulations use
-    low: float = 0.0  # lower end of its range; 0 for a list of choices
-    high: float = 0.0  # upper end of its range; 0 for a list of choices
-    is_log: bool = False  # true if the range is sampled evenly in its logarithm
-    choices: tuple[str, ...] = ()  # possible choices; empty for a range
+    low: float = 0.0  # lower end of the range; 0 if there are choices
+    high: float = 0.0  # upper end of the range; 0 if there are choices
+    is_log: bool = False  # true if the range is sampled uniformly in its logarithm
+    choices: tuple[str, ...] = ()  # possible choices; empty if there is a range
     weights: tuple[float, ...] = ()  # relative frequency of each choice; they need not add up to one
 
     def place(self, u: float) -> float | str:
@@ -70,7 +70,7 @@ def sample_places(num_assumptions: int, count: int, seed: int) -> Array:
 
 
 def sample_settings(assumptions: Sequence[Assumption], count: int, seed: int) -> list[dict[str, float | str]]:
-    """Draws settings that fill the ranges evenly."""
+    """Draws settings that cover the ranges evenly."""
     places = sample_places(len(assumptions), count, seed)
     return [{each.name: each.place(float(u)) for each, u in zip(assumptions, row, strict=True)} for row in places]
 

@@ -118,14 +118,14 @@ def _build_learning(setting: Setting, wood: Material, steel: Material) -> tuple[
 
 
 def build_novel(setting: Setting, wood: Material, steel: Material) -> Tool:
-    """Builds the novel tool: a wooden and a steel part, with a bend where they meet and a grip at either end."""
+    """Builds the novel tool: a wooden and a steel part, a bend where they meet, and a grip at either end."""
     unequal = str(setting["novel_parts"]) == "unequal"
     length, bend = float(setting["novel_length"]), float(setting["novel_bend"])
     share = float(setting["novel_share"]) if unequal else 0.5
     ratio = float(setting["novel_thickness_ratio"]) if unequal else 1.0
     radius = 0.5 * float(setting["novel_thickness"])
     first, second = share * length, (1.0 - share) * length
-    X_TJ = _translate(first) @ _turn(bend)  # J: where the parts meet, along the steel one
+    X_TJ = _translate(first) @ _turn(bend)  # frame J: at the joint of the parts, along the steel part
     handle = Component(Ellipsoid((0.5 * first, radius, radius)), _translate(0.5 * first), wood, wood)
     thick = ratio * radius
     head = Component(Ellipsoid((0.5 * second, thick, thick)), X_TJ @ _translate(0.5 * second), steel, steel)
@@ -175,7 +175,7 @@ def _translate(x: float) -> Array:
 
 
 def _turn(angle: float) -> Array:
-    """About z."""
+    """Builds a pose rotated about z by an angle, (4, 4)."""
     X = np.eye(4)
     X[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
     return X

@@ -1,4 +1,4 @@
-"""Simulations III and IV under a setting, by inner simulation: the correct grip, and how often it is chosen."""
+"""Simulations III and IV in a setting, by inner simulation: the correct grip, and how often it is chosen."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -25,10 +25,10 @@ from affordance.objects.tool import Tool
 from affordance.reporting.statistics import Estimate, estimate_proportion
 from affordance.runs.random_streams import Stream
 
-# Memories of observers before the first hold and after each hold.
+# Memories of observers, before the first hold and after each hold.
 type Experience = Sequence[Sequence[MaterialMemory]]
 
-# Number of densities over which Bayes' rule averages.
+# Number of densities over which expected costs are averaged.
 _NUM_BAYES_SAMPLES = 64
 # Moments of choices: before experience, and after one, two and all six trials.
 MOMENTS = (0, 1, 2, 6)
@@ -37,7 +37,7 @@ _LEAST_FORCE = 1.02
 
 
 def measure_truth(choice: Choice, tool: Tool, rule: CostMeasure | None = None) -> Costs:
-    """Computes the costs of all options with the true densities, (options,) each, by a given or the usual measure."""
+    """Computes the costs of all options at the true densities, (options,) each, by a given or the usual measure."""
     held = tool.list_gripped()
     models = choice.cost_models if rule is None else [_measure_by(model, rule) for model in choice.cost_models]
     costs = [
@@ -91,7 +91,7 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
 
 
 def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
-    """Returns the index of the correct option for each measure.
+    """Returns the index of the correct option under each measure.
 
     Raises:
         AffordanceError: No grip is the correct one.
@@ -111,8 +111,8 @@ def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
 def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
     """Finds the largest travel of the nail, [m], at which the grip next to the densest part is cheaper.
 
-    The nail is at ``depth_set``, [m], and resists with a stiffness, [N/m], up to its largest force, [N]. The travel
-    is zero if that grip is not cheaper at any force that both grips can produce.
+    The nail is at ``depth_set``, [m], and resists with a stiffness, [N/m], up to its largest force, ``most``, [N].
+    The result is zero if that grip is not cheaper at any force that both grips can produce.
     """
     held = tool.list_gripped()
     at_hand = find_grip_of_densest(tool, at_hand=True)
@@ -131,7 +131,7 @@ def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stif
 
 
 def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, correct: int) -> Estimate:
-    """Estimates the proportion of correct choices at each moment by least expected cost; the first uses the prior."""
+    """Estimates the share of correct choices by least expected cost at each moment; the first uses the prior."""
     shares = [
         [_choose_by_expectation(choice, memories[after], (seed, observer, after), correct) for after in MOMENTS[1:]]
         for observer, memories in enumerate(experience)
@@ -143,7 +143,7 @@ def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, 
 
 
 def decide_before_experience(choice: Choice, experience: Experience, seed: int, correct: int) -> float:
-    """Returns 1 if the correct option is expected to cost least before experience, 0 if not, 0.5 in a tie."""
+    """Returns 1 if the correct option has the least expected cost before experience, 0 if not, 0.5 in a tie."""
     rng = np.random.default_rng([seed, Stream.BAYES])
     costs = choice.compute_costs(choice.draw_parameters(experience[0][0], rng, NUM_PRIOR_CHOICES))
     usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY
@@ -152,12 +152,12 @@ def decide_before_experience(choice: Choice, experience: Experience, seed: int, 
         return 0.5 if not usable.any() else float(usable[correct])
     gain = costs.cost[rivals].min(axis=0) - costs.cost[correct]
     error = float(gain.std() / np.sqrt(len(gain)))
-    # Within two standard errors of the sampled difference, neither is known to be cheaper.
+    # Within two standard errors of the sampled difference it is not known which option is cheaper.
     return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)
 
 
 def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[int, int, int], correct: int) -> float:
-    """Returns 1 if an observer's choice is correct, 0 if not; without a usable option the observer guesses."""
+    """Returns 1 if an observer's choice is correct and 0 if not; an observer without a usable option guesses."""
     ranking = rank_options(choice, memory, np.random.default_rng([*seed, Stream.BAYES]), _NUM_BAYES_SAMPLES)
     if not ranking.num_usable:
         return 0.5
@@ -165,7 +165,7 @@ def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[i
 
 
 def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:
-    """Returns a cost of the same motions, evaluated by another measure."""
+    """Returns a cost of the same motions under another measure."""
     if isinstance(model, BlowCost):
         return replace(model, motions=tuple(motion.measured_by(measure) for motion in model.motions))
     assert isinstance(model, MotionCost)  # the type that Reach builds

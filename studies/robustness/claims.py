@@ -15,7 +15,7 @@ TASKS = "tasks"  # key of numbers about reaching and hammering together
 
 
 class _Undefined(dict[str, Any]):
-    """Numbers of an experiment that was not run: undefined values with the shape that claims expect."""
+    """Numbers of an experiment that was not run: undefined values in the shapes that claims expect."""
 
     def __missing__(self, key: str) -> Any:
         return math.nan if key in _SCALARS else np.full((7, 2) if key.endswith("_ci95") else 7, math.nan)
@@ -32,7 +32,7 @@ _UNDEFINED = _Undefined(dict.fromkeys(_NAMES, ""), effort_differs=False)
 def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
     """Judges every claim: 1 if it holds, 0 if not, NaN if it cannot be judged.
 
-    ``numbers`` are by experiment; an experiment that could not be run is missing. Contact is simulated in some
+    ``numbers`` are given by experiment, without experiments that could not be run. Contact is simulated in some
     settings only.
     """
     outcomes = {
@@ -72,8 +72,8 @@ def _judge_headlines(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, list
     return {
         "reach": [
             claim("after_one", "README", "After one trial 65 % of the choices are correct (reaching).",
-                  check("95 % interval holds 65 %, lower end", ci95[1][0], at_most=0.65),
-                  check("upper end", ci95[1][1], at_least=0.65)),
+                  check("lower end of the 95 % interval, which must contain 65 %", ci95[1][0], at_most=0.65),
+                  check("upper end of this interval", ci95[1][1], at_least=0.65)),
             claim("after_two", "README", "After two trials every choice is correct (reaching).",
                   check("upper end of the 95 % interval of correct choices after two trials",
                         ci95[2][1], at_least=0.999999999)),
@@ -91,8 +91,8 @@ def _judge_headlines(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, list
                   confirm("correct grips differ", tasks["correct_reach"] != tasks["correct_hammer"])),
             claim("work_measures_agree", "README",
                   "Absolute, positive and muscular work choose the same grip, in both tasks.",
-                  confirm("by each measure as by absolute work", all(tasks["work_measures_agree"]))),
+                  confirm("each measure chooses the grip of absolute work", all(tasks["work_measures_agree"]))),
             claim("effort_differs", "README", "Effort chooses another grip than absolute work for hammering.",
-                  confirm("another grip", tasks["effort_differs"])),
+                  confirm("the chosen grips differ", tasks["effort_differs"])),
         ],
     }  # fmt: skip

@@ -1,4 +1,4 @@
-"""``affordance study robustness``: evaluates every claim over a sample of all values that the paper does not give."""
+"""``affordance study robustness``: evaluates every claim in a sample of all values that the paper does not give."""
 
 import argparse
 import time
@@ -24,7 +24,7 @@ from studies.robustness.report import describe
 from studies.robustness.study import DEFAULT_NUM_SETTINGS, INTERPOLATION_BOUND, Robustness, load
 from studies.study import Findings, Study, Task, Work, read_settings, run_kept
 
-# Bounds on the number and index of settings, from the size of the sample.
+# Bounds on the number of settings and on the index of a setting; the size of the sample sets them.
 _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
 # Name of the setting that the simulations use.
 _DEFAULT = "default"
@@ -41,16 +41,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     alone.add_argument(
         "--setting",
         metavar="N",
-        help=f"evaluate setting N alone, or '{_DEFAULT}', that of the simulations, and print what it gives",
+        help=f"evaluate only setting N, or '{_DEFAULT}' for that of the simulations, and print the results",
     )
     alone.add_argument(
         "--prove",
         type=int,
         metavar="N",
-        help="compare interpolated holds with simulated ones of all observers, in N settings drawn at random",
+        help="compare interpolated holds with simulated holds of all observers, in N settings drawn at random",
     )
     alone.add_argument("--page", action="store_true", help="fill the tables of docs/robustness.md from results/")
-    parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send settings to, in place of --jobs")
+    parser.add_argument(
+        "--cluster", metavar="ADDRESS", help="Dask scheduler that settings are sent to, instead of --jobs"
+    )
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
@@ -67,7 +69,7 @@ def plan(arguments: argparse.Namespace) -> Work | Task:
 
 
 def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
-    """Evaluates the setting of the simulations, then those of the sample."""
+    """Evaluates the setting of the simulations, and then those of the sample."""
     start = time.perf_counter()
     with nullcontext() if arguments.cluster is None else use_cluster(arguments.cluster, study.models):
         arrays = run_kept(
@@ -94,7 +96,7 @@ def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Ite
 
 
 def _read_setting(text: str) -> int | None:
-    """Returns the number of a setting; None for that of the simulations."""
+    """Returns the index of a setting; None for the setting of the simulations."""
     if text == _DEFAULT:
         return None
     if not text.isdecimal():
@@ -110,14 +112,14 @@ def _show_setting(study: Robustness, index: int | None) -> int:
 
 
 def _prove(study: Robustness, count: int) -> int:
-    """Prints the error of interpolated motions relative to simulated ones; exit status 1 if it is too large."""
+    """Prints the error of interpolated motions relative to simulated ones; returns 1 if it is too large, else 0."""
     rng = np.random.default_rng([study.seed, StudyStream.PROOF])
     drawn = rng.choice(max(count, DEFAULT_NUM_SETTINGS), size=count, replace=False)
     worst = 0.0
     for index in (None, *(int(each) for each in np.sort(drawn))):
         _, outcome = study.evaluate(index, proves=True)
         name = _DEFAULT if index is None else str(index)
-        print(f"setting {name}: off by {1e6 * outcome.interpolation_error:.2f} um at most", flush=True)
+        print(f"setting {name}: largest error {1e6 * outcome.interpolation_error:.2f} um", flush=True)
         worst = max(worst, outcome.interpolation_error)
     met = worst <= INTERPOLATION_BOUND
     print(f"Largest error {1e6 * worst:.2f} um, {'within' if met else 'ABOVE'} {1e6 * INTERPOLATION_BOUND:.0f} um")
@@ -125,7 +127,7 @@ def _prove(study: Robustness, count: int) -> int:
 
 
 def describe_outcome(setting: dict[str, float | str], outcome: Outcome) -> list[str]:
-    """Formats the assumptions of a setting, its results, and the claims that hold in it."""
+    """Formats the assumptions of a setting, its results, and which claims hold in it."""
     lines = ["Assumes"]
     lines += [f"  {name}: {value if isinstance(value, str) else f'{value:.4g}'}" for name, value in setting.items()]
     lines.append("Gives")
@@ -145,7 +147,7 @@ def _show(value: Any) -> str:
 
 
 STUDY = Study(
-    "judge every claim over a sample of all that the paper does not give",
+    "judge every claim in a sample of all values that the paper does not give",
     add_arguments,
     plan,
     refused={

@@ -1,8 +1,8 @@
 """Share of settings in which claims hold, and the first-order effect of each assumption on a claim.
 
 A claim's outcome y is 1 if it holds and 0 if not. The first-order index of an assumption x is the share of the
-variance of y that x explains by itself, Var(E[y | x]) / Var(y). It is estimated from the sampled settings in bins of
-x (Saltelli et al. 2008, Global Sensitivity Analysis, chapter 4) and corrected for what chance explains (epsilon
+variance of y that x explains alone, Var(E[y | x]) / Var(y). It is estimated from the sampled settings in bins of x
+(Saltelli et al. 2008, Global Sensitivity Analysis, chapter 4), and corrected for what chance explains (epsilon
 squared, Kelley 1935). The null level is the value that the largest of all indices exceeds in one of twenty
 permutations of the outcomes.
 """
@@ -21,7 +21,7 @@ from studies.robustness.assumptions import Assumption
 
 NUM_BINS = 5
 _NUM_PERMUTATIONS = 1_000
-# Fewer outcomes of either kind leave nothing to explain.
+# Least number of outcomes of either kind; with fewer there is nothing to explain.
 _LEAST_OUTCOMES = 5
 
 
@@ -31,7 +31,7 @@ class Effects(NamedTuple):
     evaluated: int  # number of settings in which the claim could be judged
     holds: float  # share of these in which the claim holds
     ci95: tuple[float, float]  # Wilson's interval of the share
-    indices: Array  # first-order index of each assumption, (D,); zero if there is nothing to explain
+    indices: Array  # first-order index of each assumption, (D,); zeros if there is nothing to explain
     null_level: float  # level that the largest index exceeds by chance in one of twenty permutations
 
     @property
@@ -68,9 +68,9 @@ def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Eff
 
 
 def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
-    """Computes first-order indices, (P, D), of P outcomes in N settings, (P, N), for levels of D assumptions, (N, D).
+    """Computes first-order indices, (P, D), of P outcomes in N settings, (P, N), given the levels, (N, D).
 
-    An index is zero if the assumption explains no more than its number of levels would by chance on average.
+    An index is zero if the assumption explains no more than chance does on average, given its number of levels.
     """
     count = y.shape[1]
     centred = y - y.mean(axis=1, keepdims=True)
@@ -86,7 +86,7 @@ def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
 
 
 def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.intp]:
-    """Returns levels of assumptions, (N, D), choices or fifths of ranges, for positions in ranges, (N, D)."""
+    """Returns levels of assumptions, (N, D), which are choices or fifths of ranges, at given positions, (N, D)."""
     columns = []
     for assumption, column in zip(assumptions, places.T, strict=True):
         if assumption.choices:
@@ -110,7 +110,7 @@ def _show_end(end: float | str) -> str:
 
 
 def share_by_level(outcomes: Array, level: NDArray[np.intp], names: Sequence[str]) -> dict[str, float | None]:
-    """Computes the share of settings in which a claim holds at each level of an assumption; None without any."""
+    """Computes the share of settings in which a claim holds at each level of an assumption; None at unused levels."""
     shares: dict[str, float | None] = {}
     for index, name in enumerate(names):
         chosen = outcomes[(level == index) & np.isfinite(outcomes)]

@@ -1,4 +1,4 @@
-"""Evaluation of one setting: its numbers, and every claim judged by them."""
+"""Evaluates one setting: computes its numbers, and judges every claim by them."""
 
 import logging
 import time
@@ -44,19 +44,19 @@ from studies.robustness.least_work import plan_least_work
 class Outcome(NamedTuple):
     """Outcome of one setting."""
 
-    # Measured numbers by experiment, without experiments that could not be run.
+    # Measured numbers by experiment; experiments that could not be run are missing.
     numbers: dict[str, dict[str, Any]]
     # 1 for a claim that holds, 0 for one that does not, NaN for one that cannot be judged.
     outcomes: dict[str, float]
     reasons: dict[str, str]  # reason why an experiment could not be run, by its name; empty if it could
-    cpu_s: dict[str, float]  # processor time, by part, [s]
+    cpu_s: dict[str, float]  # processor time by part of the evaluation, [s]
     held: dict[str, Held]  # objects of Simulations I and II as observers hold them, by experiment
     # Largest error of interpolated motions if all holds were simulated, [m]; NaN otherwise.
     interpolation_error: float
 
     @property
     def simulated(self) -> float:
-        """Share of distinct holds that were simulated; NaN if nothing was held."""
+        """Fraction of distinct holds that were simulated; NaN if nothing was held."""
         motions = [each.motions for held in self.held.values() for each in held.tools]
         if not motions:
             return float("nan")
@@ -78,8 +78,8 @@ def evaluate_setting(
 ) -> Outcome:
     """Evaluates a setting with observers that learn, hold and choose.
 
-    Contact is simulated only if asked for; without it the force of the blow is not judged, and blows of least work
-    are never simulated. A proof also simulates all holds, and compares them with interpolated ones.
+    Contact is simulated only on request: otherwise the force of the blow is not judged, and blows of least work are
+    never simulated. With ``proves``, all holds are simulated as well, and compared with the interpolated ones.
     """
     world = build_world(setting, models, settings)
     clock = _Clock()
@@ -170,7 +170,10 @@ def _measure_hammer(choice: Choice, world: World, experience: Experience, seed: 
 
 
 def _measure_contact(choice: Choice, world: World) -> list[float] | None:
-    """Peak force over the demanded one with each grip, contact simulated; None if one of them cannot be simulated."""
+    """Computes the peak force divided by the required one, with simulated contact, for each grip.
+
+    Returns None if a blow cannot be simulated.
+    """
     held, true = world.novel.list_gripped(), list_densities([world.novel])
     try:
         return [
@@ -182,14 +185,14 @@ def _measure_contact(choice: Choice, world: World) -> list[float] | None:
 
 
 class _Clock:
-    """Processor time, by part."""
+    """Adds up processor time by part of the evaluation."""
 
     def __init__(self) -> None:
         self.seconds = dict.fromkeys(PARTS, 0.0)
 
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:
-        """Adds what is done within the context."""
+        """Adds the time spent in the context to a part."""
         start = time.process_time()
         try:
             yield
@@ -199,7 +202,7 @@ class _Clock:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Keeps warnings of single trials out of the way: settings are odd by design."""
+    """Silences warnings about single trials, because settings are odd by design."""
     log = logging.getLogger("affordance")
     level = log.level
     log.setLevel(logging.ERROR)

@@ -1,4 +1,4 @@
-"""Figure of the multiverse: share of settings in which each claim holds, and the assumptions that matter."""
+"""Figure of the multiverse: the share of settings in which each claim holds, and the assumptions that matter."""
 
 from collections.abc import Sequence
 
@@ -16,10 +16,10 @@ _WIDTH = 11.0
 def draw_multiverse(
     claims: Sequence[str], assumptions: Sequence[str], *, shares: Estimate, indices: Array, null_levels: Array
 ) -> Figure:
-    """Draws shares of settings in which C claims hold, and a map of first-order indices by D assumptions, (C, D).
+    """Plots shares of settings in which C claims hold, and a map of first-order indices, (C, D), of D assumptions.
 
-    Indices at or below the null level of their claim, (C,), are left white, and assumptions of which all are so are
-    left out, unless that is all of them.
+    Indices at or below their claim's null level, (C,), are left white. Assumptions with no other index are left out,
+    unless that would leave none.
     """
     above = indices > null_levels[:, None]
     drawn = above.any(axis=0) | ~above.any()

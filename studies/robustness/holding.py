@@ -1,7 +1,8 @@
-"""Simulations I and II under a setting, in the Diagram of all simulations, with the numbers of the experiments.
+"""Simulations I and II in a setting, in the Diagram of all simulations, with the numbers of the experiments.
 
-The motion of a hold depends on the object and on the densities that control believes, but on no random draw. Some of
-many observers are therefore simulated, and the motions of the others are interpolated (``interpolation.py``).
+The motion of a hold depends on the object and on the densities that control believes, but on no random draw.
+Therefore only some of many observers are simulated, and the motions of the others are interpolated
+(``interpolation.py``).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,9 +26,9 @@ from studies.robustness.build import HOLD_DURATION, World
 from studies.robustness.choosing import Experience
 from studies.robustness.interpolation import Motions, interpolate_motions
 
-# Holds are not stiff: the explicit scheme takes half the time, and its motions agree to 0.4 um.
+# Holds are not stiff: the explicit integrator takes half the time, and its motions agree to 0.4 um.
 _HOLD_SCHEME = "runge_kutta3"
-# Numbers that follow neither from beliefs nor from the height of an object's centre; no claim uses them.
+# Numbers that depend on neither beliefs nor the height of an object's centre; no claim uses them.
 _NOT_SIMULATED = ("p_value", "log_evidence", "periods_limited", "periods_failed", "samples_rejected")
 _LEFT_OUT = frozenset(
     {
@@ -36,10 +37,10 @@ _LEFT_OUT = frozenset(
         *("trials_outlier_test", "p_value_test"),
     }
 )
-# How often claims are judged again with motions shifted by their error.
+# How many times claims are judged again with motions shifted by their error.
 _NUM_MOVED = 8
 
-# Function that judges the claims about numbers: which claims hold, by name.
+# Function that judges the claims about given numbers, and returns by name whether they hold.
 type Judge = Callable[[Mapping[str, Any]], Mapping[str, float]]
 # Function that computes the numbers of an experiment from the heights of each object's centre, (R, N), [m].
 type Summarise = Callable[[Sequence[Array]], dict[str, Any]]
@@ -57,12 +58,12 @@ class HeldTool(NamedTuple):
 class Held(NamedTuple):
     """Objects of a protocol, held by R observers."""
 
-    numbers: dict[str, Any]  # numbers of the protocol that claims are about
+    numbers: dict[str, Any]  # numbers of the protocol that claims depend on
     tools: tuple[HeldTool, ...]  # objects in the order of presentation
 
 
 def measure_rods(world: World, observers: Experience, judge: Judge) -> Held:
-    """Computes the numbers of Simulation I that claims are about.
+    """Computes the numbers of Simulation I that claims depend on.
 
     Each observer has one memory before the first rod and one after each rod; the decoy is last.
     """
@@ -85,7 +86,7 @@ def measure_rods(world: World, observers: Experience, judge: Judge) -> Held:
 
 
 def measure_centre_of_mass(world: World, experience: Experience, judge: Judge) -> Held:
-    """Computes the numbers of Simulation II that claims are about, for observers with experience."""
+    """Computes the numbers of Simulation II that claims depend on, for observers with experience."""
     learned, tools = [memories[-1] for memories in experience], world.learning
     seen = [_see(world, tool, learned) for tool in tools]
     medians = np.array([memory.belief.compute_percentiles([0.5])[0] for memory in learned])
@@ -132,7 +133,7 @@ def _see(world: World, tool: Tool, memories: Sequence[MaterialMemory]) -> _Seen:
 
 
 def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> xr.Dataset:
-    """Adds heights of each object, (R, N), and undefined values for variables that are not simulated."""
+    """Adds the heights of each object, (R, N), and undefined values for variables that are not simulated."""
     data = known.assign(
         {name: (("observer", "trial", "time"), np.stack(each, axis=1)) for name, each in heights.items()}
     )
@@ -177,14 +178,14 @@ def _find_motions(
 
 
 def _hold(world: World, tool: Tool, colours: tuple[Colour, ...], densities: Array) -> Array:
-    """Computes the height of an object's centre, (N,), [m], when held by an observer who believes densities, (M,)."""
+    """Computes the height of an object's centre, (N,), [m], when the observer believes given densities, (M,)."""
     memory = MaterialMemory.from_densities(dict(zip(colours, densities.tolist(), strict=True)))
     runner = get_runner(replace(world.settings, integrator=replace(world.settings.integrator, scheme=_HOLD_SCHEME)))
     return runner.run_hold(tool, memory, duration=HOLD_DURATION, seed=(0,)).height_centre
 
 
 def _move(heights: Sequence[Array], errors: Sequence[float]) -> list[list[Array]]:
-    """Returns motions shifted by their errors, up or down, or outward or inward, object by object."""
+    """Returns motions shifted by their errors, object by object: up or down, or outward or inward."""
     rng = np.random.default_rng(0)
     return [
         [

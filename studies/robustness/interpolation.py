@@ -1,15 +1,15 @@
-"""Interpolates the motions of many observers from those of a few, over their beliefs, to a measured error.
+"""Interpolates the motions of many observers over their beliefs, from the motions of a few, with a measured error.
 
-The motion of a held object depends continuously on the believed densities, and on nothing else. Kinks arise only in
-the lowest and highest point of a motion, which are computed afterwards, so motions are interpolated as a whole.
+The motion of a held object depends continuously on the believed densities, and on nothing else. Only the lowest and
+the highest point of a motion have kinks; they are computed afterwards, so motions are interpolated as a whole.
 
 Over one density a cubic spline is used. Every gap between two nodes is halved until the motion in its middle is
 predicted to a tolerance, so nodes gather where the arm meets a limit. Over several densities polynomials are used.
 Their nodes are a sequence of simulated observers (discrete Leja points: Bos, De Marchi, Sommariva and Vianello 2010,
 SIAM J. Numer. Anal. 48:1984-1999). Before a motion becomes a node, it is compared with the prediction from the nodes
-so far; this ends when no new motion is missed. Limits of the arm are first met by observers whose beliefs are extreme
-or furthest from the nodes, so these are simulated and compared too. If the tolerance is not met, all motions are
-simulated.
+so far; this ends when enough new motions in succession are predicted. Limits of the arm are first met by observers
+whose beliefs are extreme or furthest from the nodes, so these are simulated and compared, too. If the tolerance is
+not met, all motions are simulated.
 """
 
 import itertools
@@ -25,20 +25,21 @@ from scipy.linalg import lu_factor
 
 from affordance.arrays import Array
 
-# Largest error of a motion before it becomes a node, [m]: a hundredth of the smallest drop that counts. The error
-# that remains once it is a node is mostly ten times smaller.
+# Largest error of a motion before it becomes a node, [m]: a hundredth of the smallest drop that counts. Once it is a
+# node, the remaining error is usually ten times smaller.
 TOLERANCE = 5e-5
-# Number of nodes of a spline before gaps are halved, and number of distinct beliefs below which all are simulated.
+# Number of a spline's nodes before gaps are halved, and number of distinct beliefs below which all are simulated.
 _NUM_FIRST, _LEAST_FIRST = 7, 4
-# Tolerance in the middle of a gap, as a share: near a kink a spline errs elsewhere by up to twice as much.
+# Fraction of the tolerance that is required in the middle of a gap: near a kink a spline is wrong by up to twice as
+# much elsewhere.
 _LINE_SHARE = 0.5
-# Number of new motions in succession that polynomials must predict; a single one may agree by accident.
+# Number of new motions in succession that polynomials must predict; a single one may agree by chance.
 _NUM_MET = 2
-# Numbers of observers that are compared with the polynomials: those with the most extreme beliefs, and those whose
-# beliefs are furthest from all that are simulated.
+# Numbers of observers whose motions are compared with the polynomials: those with the most extreme beliefs, and those
+# whose beliefs are furthest from all simulated ones.
 _NUM_EXTREME = 6
 _NUM_BETWEEN = 6
-# Share of the spread along the widest direction below which a direction counts as having none.
+# Spread along a direction, as a fraction of the widest spread, below which the direction counts as having none.
 _NO_SPREAD = 1e-9
 # Number of nodes above which polynomials are given up: degree 9 in two densities.
 _MAX_NODES = 60
@@ -77,7 +78,7 @@ class _Simulated:
 def interpolate_motions(
     simulate: Callable[[Array], Array], believed: Array, true: Array | None = None, tolerance: float = TOLERANCE
 ) -> Motions:
-    """Computes the motions of observers who believe some densities, to a tolerance.
+    """Computes the motions of observers that believe given densities, to a tolerance.
 
     Args:
         simulate: Function from an observer's densities, (M,), to the motion, (N,), [m].
@@ -107,14 +108,15 @@ def interpolate_motions(
 def _interpolate_line(
     motions: _Simulated, scaled: Array, num_true: int, tolerance: float
 ) -> tuple[Array, float] | None:
-    """Interpolates motions along a line of beliefs, at positions (P,) from -1 to 1, by a cubic spline.
+    """Interpolates motions along a line of beliefs, at positions (P,) from -1 to 1, with a cubic spline.
 
     The first candidates are true beliefs, which are always nodes.
 
-    Returns: Motions of all candidates, (P, N), [m], and the largest error of those in the middle of gaps; None if all
-        have to be simulated.
+    Returns:
+        Motions of all candidates, (P, N), [m], and the largest error of those in the middle of gaps; None if all must
+        be simulated.
     """
-    order = np.unique(scaled.round(9), return_index=True)[1]  # of equal positions, the true one is kept
+    order = np.unique(scaled.round(9), return_index=True)[1]  # among equal positions, the true belief is kept
     angles = np.arccos(-np.clip(scaled[order], -1.0, 1.0))
     evenly = np.linspace(0.0, np.pi, _NUM_FIRST)
     first = np.abs(angles[:, np.newaxis] - evenly).argmin(axis=0)
@@ -146,15 +148,16 @@ def _interpolate_line(
 def _interpolate_plane(
     motions: _Simulated, scaled: Array, extremes: Sequence[int], tolerance: float
 ) -> tuple[Array, float] | None:
-    """Interpolates motions over several directions of beliefs, at places (P, axes) from -1 to 1, by polynomials.
+    """Interpolates motions over several directions of beliefs, at positions (P, axes) from -1 to 1, with polynomials.
 
-    Returns: Motions of all candidates, (P, N), [m], and the largest error of those compared, extreme ones too; None
-        if all have to be simulated.
+    Returns:
+        Motions of all candidates, (P, N), [m], and the largest error of those compared, including extreme ones; None
+        if all must be simulated.
     """
     basis, sizes = _build_basis(scaled)
     order = _order_nodes(basis)
     said: Array | None = None  # motions of all candidates predicted from the nodes so far
-    met: list[float] = []  # errors of the new motions since the last one that was missed
+    met: list[float] = []  # errors of the new motions since the last one that was not predicted
     for before, size in zip([0, *sizes], sizes, strict=False):
         if size >= len(scaled):
             break
@@ -174,7 +177,7 @@ def _interpolate_plane(
 
 
 def _scale(points: Array) -> Array:
-    """Returns positions of points along the directions in which they are spread, (P, axes), from -1 to 1."""
+    """Returns the positions of points along the directions in which they are spread, (P, axes), from -1 to 1."""
     centred = points - points.mean(axis=0)
     _, spreads, directions = np.linalg.svd(centred, full_matrices=False)
     along = centred @ directions[_is_spread(spreads, points)].T
@@ -188,7 +191,7 @@ def _is_spread(spreads: Array, points: Array) -> NDArray[np.bool_]:
 
 
 def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
-    """Builds Chebyshev polynomials at all points by increasing total degree, (P, B), and their number up to each."""
+    """Builds Chebyshev polynomials at all points, (P, B), by total degree, and their number up to each degree."""
     num_axes = scaled.shape[1]
     each = chebyshev.chebvander(scaled, _MAX_NODES)  # (P, axes, _MAX_NODES + 1)
     columns: list[Array] = []
@@ -203,7 +206,7 @@ def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
 
 
 def _order_nodes(basis: Array) -> NDArray[np.intp]:
-    """Returns the points in the order in which they become nodes: that of the pivots of elimination."""
+    """Returns the points in the order in which they become nodes, which is that of the pivots of elimination."""
     order = np.arange(len(basis))
     for row, pivot in enumerate(lu_factor(basis, check_finite=False)[1]):
         order[[row, pivot]] = order[[pivot, row]]

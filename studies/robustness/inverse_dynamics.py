@@ -1,4 +1,4 @@
-"""Torques of a motion and their derivatives: inverse dynamics of the arm on Drake's AutoDiff."""
+"""Torques of a motion and their derivatives, from inverse dynamics of the arm with Drake's AutoDiff."""
 
 from typing import Any, NamedTuple
 
@@ -14,9 +14,9 @@ class TorqueGradients(NamedTuple):
     """Torques at N states and their derivatives."""
 
     tau: Array  # torques, (N, num_joints), [N m]
-    by_q: Array  # derivatives by the angles, (N, num_joints, num_joints), [N m/rad]
-    by_v: Array  # derivatives by the rates, (N, num_joints, num_joints), [N m s/rad]
-    by_vdot: Array  # derivatives by the accelerations, the mass matrices, (N, num_joints, num_joints), [kg m^2]
+    by_q: Array  # derivatives with respect to angles, (N, num_joints, num_joints), [N m/rad]
+    by_v: Array  # derivatives with respect to velocities, (N, num_joints, num_joints), [N m s/rad]
+    by_vdot: Array  # derivatives with respect to accelerations, i.e. mass matrices, same shape, [kg m^2]
 
 
 class InverseDynamics:
@@ -29,7 +29,7 @@ class InverseDynamics:
         """
         self._model = model
         self._pi = pi
-        # Any: Drake's stubs declare it a System.
+        # Any, because Drake's stubs declare it a System.
         self._plant: Any = model.arm.plant.ToAutoDiffXd()
         self._context = self._plant.CreateDefaultContext()
         self._forces = MultibodyForces_[AutoDiffXd](self._plant)
@@ -55,7 +55,8 @@ class InverseDynamics:
         for i, x in enumerate(np.hstack([q, v])):
             self._plant.SetPositionsAndVelocities(self._context, InitializeAutoDiff(x))
             self._plant.CalcForceElementsContribution(self._context, self._forces)
-            # Torques are linear in the accelerations, by the mass matrix: differentiating would cost a third more.
+            # Torques are linear in the accelerations, with the mass matrix; differentiating would take a third
+            # longer.
             vdot_i = np.array([AutoDiffXd(value) for value in vdot[i]])
             with_gradient = self._plant.CalcInverseDynamics(self._context, vdot_i, self._forces)
             tau[i], by_x[i] = ExtractValue(with_gradient).ravel(), ExtractGradient(with_gradient)

@@ -19,7 +19,7 @@ from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
 from studies.robustness.build import World
 
-_FELT = 1  # element of a seed for errors of feeling, as in a simulated trial
+_FELT = 1  # element of a seed for errors of felt torques, as in a simulated trial
 
 
 def learn_at_rest(
@@ -28,7 +28,7 @@ def learn_at_rest(
     """Returns observers' memories before the first object that they hold and after each; computes no evidence.
 
     Each observer holds the objects in its own order; colours are remembered in the order of the objects' parts.
-    Errors of feeling equal those of simulated trials with the same root.
+    Errors of felt torques equal those of simulated trials with the same root.
     """
     prior = world.settings.prior
     features = [measure_features(tool, VisionError(), np.random.default_rng(0)) for tool in tools]

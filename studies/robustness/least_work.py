@@ -1,8 +1,8 @@
 """Blows of least work, for comparison with those of least angular acceleration.
 
-The motion of least work depends on the tool's inertia, and a search takes seconds. One search is made for one
-inertia, and the motion found is run slower or faster to strike at other speeds. The cost under a belief is therefore
-the cost of this motion, not of the best motion for each inertia.
+The motion of least work depends on the tool's inertia, and a search takes seconds. Therefore one search is made for
+one inertia, and the resulting motion is run slower or faster to strike at other speeds. The cost under a belief is
+the cost of this motion, not that of the best motion for each inertia.
 """
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ from affordance.plant.effective_mass import EffectiveMass
 from affordance.settings import Settings
 from studies.robustness.optimal_swing import OptimalSwing, SwingSearch
 
-# Speeds of the motion relative to the one found: from a tap to what the lightest tool needs.
+# Speeds of the motion relative to the result of the search: from a tap to what the lightest tool needs.
 _PACES = np.geomspace(0.25, 2.0, 12)
 
 

@@ -1,13 +1,14 @@
 """Swings of least work under the dynamics of arm and tool, for comparison with minimum acceleration.
 
 The motion is a spline of degree five in joint space, from rest at the start of the given swing to the same strike: at
-the same time and place, with the same velocity of the tip and as squarely, and with the same room to come to rest.
-Among such motions that keep the limits of angle, rate and torque, the search minimises the absolute work,
+the same time and place, with the same velocity of the tip, the face as square to the target, and the same room to
+come to rest. Among such motions that keep the limits of angle, velocity and torque, the search minimises the absolute
+work,
 
     integral of sum_i |tau_i v_i| dt,
 
-with tau from inverse dynamics at Gauss-Lobatto nodes, and its exact gradient. The problem is not convex: the result
-is a local optimum near the start of the search (docs/decisions/0013-nail.md).
+with tau from inverse dynamics at Gauss-Lobatto nodes, using the exact gradient. The problem is not convex, so the
+result is a local optimum near the start of the search (docs/decisions/0013-nail.md).
 """
 
 from typing import NamedTuple, cast
@@ -25,16 +26,16 @@ from affordance.exceptions import AffordanceError
 from affordance.plant.arm_model import ArmModel
 from studies.robustness.inverse_dynamics import InverseDynamics
 
-_ORDER = 6  # degree five: torques are then as smooth as cubic splines
-_NODES_A_PIECE = 6  # exact for polynomials of degree nine
-# Work has a kink wherever a joint comes to rest or a torque changes sign. It is smoothed, first with the larger
-# value, then with the smaller one, a hundredth of the power of a blow, [W].
+_ORDER = 6  # degree five, for which torques are as smooth as cubic splines
+_NODES_A_PIECE = 6  # number of nodes per piece, exact for polynomials of degree nine
+# Work has a kink wherever a joint comes to rest or a torque changes sign. The kink is smoothed, first with the larger
+# value, then with the smaller one, which is a hundredth of the power of a blow, [W].
 _ROUNDING = (1.0, 0.1)
 # Scale of the control points for the search, [rad].
 _ANGLE_SCALE = 0.1
 # Relative violation of the torque limits that is accepted at the nodes.
 _TORQUE_TOLERANCE = 1e-4
-# Times at which motions are reported: half a millisecond to a millisecond apart for swings of 0.4 to 0.8 s.
+# Number of times at which motions are reported: every 0.5 to 1 ms for swings of 0.4 to 0.8 s.
 _NUM_TIMES = 801
 
 
@@ -66,12 +67,12 @@ class SwingSearch:
         self._dynamics = InverseDynamics(model, pi)
         num_points = num_pieces + _ORDER - 1
         basis = BsplineBasis(_ORDER, num_points, KnotVectorType.kClampedUniform, 0.0, swing.duration)
-        # The value of this spline at a time is the row of weights of the control points, and likewise for its
+        # The value of this spline at a given time is the row of the control points' weights; the same holds for its
         # derivatives.
         weights = BsplineTrajectory(basis, list(np.eye(num_points)[:, :, None]))
         rates = cast(BsplineTrajectory, weights.MakeDerivative(1))
         self._splines: tuple[Trajectory, ...] = (weights, rates, weights.MakeDerivative(2))
-        # Control points of the rates, except the first, which is zero, from those of the angles.
+        # Maps control points of the angles to those of the velocities, except the first, which is zero.
         self._rate_hull = np.array(rates.control_points())[1:, :, 0]  # (num_points - 2, num_points)
         self._nodes, self._quadrature = _build_lobatto(swing.duration, num_pieces)
         self._at_nodes = self._evaluate_basis(self._nodes)  # (3, N, num_points)
@@ -84,16 +85,17 @@ class SwingSearch:
         self._last: tuple[bytes, Array, Array, Array] | None = None
 
     def fit(self, q: Array) -> Array:
-        """Fits control points of a motion from rest to the angles at the times of reports, by least squares.
+        """Fits control points of a motion from rest to the angles at the reported times, by least squares.
 
-        Returns: Control points, shape (num_pieces + 5, num_joints), [rad].
+        Returns:
+            Control points, shape (num_pieces + 5, num_joints), [rad].
         """
         points: Array = np.linalg.lstsq(self._evaluate_basis(self._times)[0], q)[0]
         points[:2] = self._q_start  # at rest
         return points
 
     def find_least_work(self) -> OptimalSwing:
-        """Searches for the motion of least work, from the given swing.
+        """Searches for the motion of least work, starting from the given swing.
 
         Raises:
             AffordanceError: No motion that keeps the limits was found.
@@ -109,11 +111,11 @@ class SwingSearch:
         return measure_motion(self._dynamics, self._times, q, v, vdot, converged=converged)
 
     def compute_cost(self, rounding: float, points: Array) -> tuple[float, Array]:
-        """Computes the rounded work of a motion, [J], and its gradient by the free control points, (m,)."""
+        """Computes the smoothed work of a motion, [J], and its gradient by the free control points, (m,)."""
         tau, v, by_points = self._compute_torques(points)
         value, by_tau, by_v = compute_rounded_power(rounding, tau, v)
         w = self._quadrature
-        # (points, joints): through the torques and through the rates.
+        # (points, joints): derivative through the torques, and derivative through the velocities.
         gradient = np.einsum("k,ki,kijl->jl", w, by_tau, by_points)
         gradient += np.einsum("k,kj,kl->jl", w, self._at_nodes[1][:, 2:], by_v)
         return float(w @ value), gradient.ravel()
@@ -150,15 +152,15 @@ class SwingSearch:
         program.AddCost(compute_cost, z)
         ones = np.ones(len(self._nodes) * n)
         program.AddConstraint(compute_torques, -ones, ones, z)
-        # A spline stays within the hull of its control points, and its rate within that of the rate's control points.
+        # A spline stays within the hull of its control points, and its velocity within that of the velocity's control
+        # points.
         program.AddBoundingBoxConstraint(np.tile(q_lower, num_free), np.tile(q_upper, num_free), z)
         for row in self._rate_hull:
             chosen = np.flatnonzero(row[2:])
             matrix = np.kron(row[2:][chosen], np.eye(n))
             fixed = row[:2] @ start[:2]
             program.AddLinearConstraint(matrix, -v_max - fixed, v_max - fixed, c[chosen].ravel())
-        # At the end the angles are the last control point, and the rates follow from its difference from the one
-        # before.
+        # At the end the angles are the last control point, and velocities follow from the difference of the last two.
         rate = self._rate_hull[-1, -1]
         end = np.kron([[0.0, 1.0], [-rate, rate]], np.eye(n))  # (2 n, 2 n)
         last = c[-2:].ravel()
@@ -184,9 +186,10 @@ class SwingSearch:
         return bool((np.abs(tau) <= (1.0 + _TORQUE_TOLERANCE) * self._limits.tau_max).all())
 
     def _compute_torques(self, points: Array) -> tuple[Array, Array, Array]:
-        """Computes torques and rates at the nodes, and derivatives of the torques by the free control points.
+        """Computes torques and velocities at the nodes, and derivatives of the torques by the free control points.
 
-        Returns: Arrays (N, num_joints), (N, num_joints) and (N, num_joints, num_points - 2, num_joints).
+        Returns:
+            Arrays (N, num_joints), (N, num_joints) and (N, num_joints, num_points - 2, num_joints).
         """
         key = points.tobytes()
         if self._last is None or self._last[0] != key:
@@ -198,7 +201,7 @@ class SwingSearch:
         return self._last[1:]
 
     def _evaluate_basis(self, times: Array) -> Array:
-        """Computes the control points' weights in angles, rates and accelerations at N times, (3, N, num_points)."""
+        """Computes the control points' weights in angle, velocity and acceleration at N times, (3, N, num_points)."""
         return np.array([spline.vector_values(list(times)).T for spline in self._splines])
 
 
@@ -213,7 +216,7 @@ def compute_rounded_power(rounding: float, tau: Array, v: Array) -> tuple[Array,
 def measure_motion(
     dynamics: InverseDynamics, times: Array, q: Array, v: Array, vdot: Array, *, converged: bool
 ) -> OptimalSwing:
-    """Computes torques and work of a motion; angles, rates and accelerations are (T, num_joints)."""
+    """Computes torques and work of a motion; angles, velocities and accelerations are (T, num_joints)."""
     tau = dynamics.compute(q, v, vdot)
     work = np.trapezoid(np.abs(tau * v).sum(axis=1), times)
     return OptimalSwing(times, q, v, vdot, tau, float(work), converged)

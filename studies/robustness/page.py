@@ -11,15 +11,15 @@ from studies.robustness.report import list_tables
 from studies.study import format_table
 
 PAGE = Path(__file__).parents[2] / "docs" / "robustness.md"
-# Columns of the page; the report has the others, and further tables.
+# Columns of the page's table; the report has the other columns, and further tables.
 COLUMNS = ("claim", "statement", "holds in", "95 % interval", "moved most by")
-# Metrics from which the table is made, kept with the page so that a test can make them again.
+# Metrics that the table is made from; they are stored with the page so that a test can make it again.
 KEPT = PAGE.with_suffix(".json")
 _BETWEEN = re.compile(r"(<!-- make numbers writes from here -->\n).*?(<!-- to here -->)", re.DOTALL)
 
 
 def keep(metrics: Path) -> None:
-    """Keeps the metrics of a run that the tables need, except the indices of all assumptions."""
+    """Stores the metrics of a run that the tables need, without the indices of all assumptions."""
     numbers = json.loads(metrics.read_text(encoding="utf-8"))
     for name in ("first_order", "config", "setup", "versions", "run_shown"):
         numbers.pop(name, None)
@@ -29,7 +29,7 @@ def keep(metrics: Path) -> None:
 
 
 def fill() -> int:
-    """Keeps the metrics of results/, if there are any, writes the table into the page, and returns exit status 0."""
+    """Stores the metrics in results/, if there are any, writes the table into the page, and returns exit status 0."""
     metrics = PAGE.parents[1] / "results" / "robustness" / "metrics.json"
     if metrics.is_file():
         keep(metrics)
@@ -40,14 +40,14 @@ def fill() -> int:
 
 
 def read_tables() -> str:
-    """Returns what stands between the marks of the page."""
+    """Returns the text between the marks of the page."""
     found = _BETWEEN.search(PAGE.read_text(encoding="utf-8"))
     assert found is not None
     return found[0].removeprefix(found[1]).removesuffix(found[2])
 
 
 def describe(numbers: Mapping[str, Any]) -> str:
-    """Describes a run in a few sentences and the table of claims."""
+    """Describes a run in a few sentences and a table of claims."""
     proven = "proven" if numbers["interpolation_proven"] else "NOT proven"
     simulated = f"{100.0 * numbers['simulated']:.0f} %" if numbers["simulated"] else "none"
     run = (

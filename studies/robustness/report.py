@@ -10,7 +10,7 @@ from affordance.reporting.section import ReportFigure, Section, Table
 from studies.robustness.assumptions import load_assumptions
 from studies.robustness.study import CONTACT_EVERY
 
-# Most settings and reasons that are listed of a claim or an experiment.
+# Largest numbers of settings listed for a claim, and of reasons listed for an experiment.
 _LISTED, _REASONS = 12, 6
 
 
@@ -22,19 +22,19 @@ def describe(numbers: Mapping[str, Any], faults: str = "") -> Section:
         order=8,
         title="The multiverse: which claims are robust",
         summary=(
-            f"Every claim above, and every headline, over {numbers['settings']} settings of"
-            f" {len(load_assumptions())} assumptions that the paper does not fix, drawn at once from their ranges"
+            f"Every claim above, and every headline, in {numbers['settings']} settings of"
+            f" {len(load_assumptions())} assumptions that the paper does not fix, all drawn at once from their ranges"
             " (a scrambled Sobol sequence; ranges and sources are in studies/robustness/assumptions.yaml). In each"
             f" setting {numbers['observers']} observers learn and choose. A share says in how many settings a claim"
-            " holds, not how likely it is to be true: it is as good as the ranges."
+            " holds, not how probably it is true, and it depends on the ranges."
         ),
         figures=[
             ReportFigure(
                 file="robustness.png",
                 caption=(
                     "Left: share of the settings in which each claim holds, with Wilson's 95 % interval. Right:"
-                    " how much of the variance each assumption alone explains; white where that is no more than"
-                    " chance, and left out where it is so for every claim."
+                    " how much of the variance each assumption alone explains; cells are white where that is no more"
+                    " than chance, and assumptions that are white for every claim are left out."
                 ),
             )
         ],
@@ -42,11 +42,11 @@ def describe(numbers: Mapping[str, Any], faults: str = "") -> Section:
         tables=list_tables(numbers),
         remarks=[
             (
-                "What is approximated: observers learn from objects felt at rest; correct grips are those of"
-                " inner simulation; where objects go is interpolated between the holds of some of the observers;"
+                "Approximations: observers learn from objects felt at rest; correct grips are those of inner"
+                " simulation; motions of objects are interpolated between the holds of some of the observers;"
                 f" contact is simulated in one setting of {CONTACT_EVERY} (docs/robustness.md)."
             ),
-            f"The setting of the simulations itself, evaluated as the others are, meets {len(met)} claims{not_met}.",
+            f"The setting of the simulations itself, evaluated like the others, meets {len(met)} claims{not_met}.",
             *([faults] if faults else []),
         ],
     )
@@ -58,8 +58,8 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
     return [
         claim("enough_settings", "ours", "At least 300 settings were evaluated.",
               check("settings", n["settings"], Unit(digits=0), at_least=300)),
-        claim("interpolation", "ours", "Interpolated motions are those of full holds of all observers.",
-              check("largest difference, at any time of any motion, in the setting of the simulations and some of the"
+        claim("interpolation", "ours", "Interpolated motions agree with full holds of all observers.",
+              check("largest difference at any time of any motion, in the setting of the simulations and some of the"
                     " sample",
                     [] if error is None else error, Unit("mm", 1000.0, 4),
                     at_most=np.float64(n["interpolation_bound_m"]))),
@@ -110,8 +110,8 @@ def _tabulate_choices(p_correct: Mapping[str, Mapping[str, Mapping[str, Any]]]) 
                 shares = [f"{median} ({low} to {high})" for median, low, high in spans]
                 rows.append([task, name, str(each["count"]), *shares])
     return Table(
-        "Correct choices after no, one, two and six trials by the structure of the noise; medians over settings, and"
-        " 5 to 95 % of them.",
+        "Correct choices after no, one, two and six trials by the structure of the noise: median over settings, and"
+        " their 5 and 95 % quantiles.",
         ["task", "noise structure", "settings", "before", "after one", "after two", "after six"],
         rows,
     )
@@ -124,8 +124,8 @@ def _tabulate_failures(fails_in: Mapping[str, Sequence[int]]) -> Table:
             listed = [*map(str, settings[:_LISTED]), *(["..."] if len(settings) > _LISTED else [])]
             rows.append([name, str(len(settings)), ", ".join(listed)])
     return Table(
-        "Settings in which a claim fails; `affordance study robustness --setting N` runs one again. All are in"
-        " settings.csv.",
+        "Settings in which a claim fails; `affordance study robustness --setting N` runs one again. All of them are"
+        " in settings.csv.",
         ["claim", "fails in", "the first of them"],
         rows,
     )
@@ -134,10 +134,10 @@ def _tabulate_failures(fails_in: Mapping[str, Sequence[int]]) -> Table:
 def _tabulate_reasons(not_run: Mapping[str, int], reasons: Mapping[str, Mapping[str, int]]) -> Table:
     rows = []
     for name, count in not_run.items():
-        # Without the bars that would end a cell.
+        # A bar would end the cell of the table.
         listed = [f"{times}: {why.replace('|', '/')}" for why, times in reasons[name].items()]
         rows.append([name, str(count), "; ".join(listed[:_REASONS])])
-    caption = "Settings in which an experiment could not be run, and is left out."
+    caption = "Settings in which an experiment could not be run and was left out."
     return Table(caption, ["experiment", "settings", "why"], rows)
 
 

@@ -1,4 +1,4 @@
-"""The study of robustness: every claim over a sample of all that the paper does not give; a repeat is a setting."""
+"""Study of robustness: evaluates every claim in a sample of settings; each repeat is one setting."""
 
 import csv
 import io
@@ -28,7 +28,7 @@ from studies.robustness.interpolation import TOLERANCE
 
 _NONE = "none above chance"
 _CHOOSING = ("reach", "hammer")
-# Reasons why an experiment could not be run, by what they contain.
+# Reasons why an experiment could not be run, by a phrase that their messages contain.
 _KINDS = {
     "worst direction": "the path comes too near rank loss",
     "leaves the path": "the controller leaves the path",
@@ -40,15 +40,16 @@ _KINDS = {
     "puts ": "the arm cannot take the start posture",
     "must be at most": "an object is too heavy to hold",
 }
-# As many observers in each setting as the simulations have.
+# Each setting has as many observers as the simulations.
 DEFAULT_NUM_OBSERVERS = 200
-# As many as the sample has by default: shares are then known to 6 % or better.
+# The sample has this many settings by default, so that shares are known to 6 % or better.
 DEFAULT_NUM_SETTINGS = 300
-# One setting in this many has simulated contact, which takes a tenth of all the time.
+# Contact is simulated in one setting in this many, which takes a tenth of all the time.
 CONTACT_EVERY = 3
-# All holds are simulated, and compared with those interpolated, in one setting in this many, and in the default one.
+# In one setting in this many, and in the default one, all holds are simulated and compared with the interpolated
+# ones.
 PROVE_EVERY = 60
-# By how much motions that are interpolated may err, [m].
+# Largest error of interpolated motions, [m].
 INTERPOLATION_BOUND = TOLERANCE
 
 
@@ -64,16 +65,17 @@ class Robustness:
     num_observers: int = DEFAULT_NUM_OBSERVERS  # number of observers of each setting
 
     def list_files(self) -> list[Path]:
-        """Lists the files of the arm, and those of materials, path and nail, which a setting changes."""
+        """Lists the arm's files, and the files of materials, path and nail, which a setting changes."""
         names = ("materials.yaml", "paths/reach.yaml", "nail.yaml")
         return [*list_arm_files(self.settings.arm), *(self.models / name for name in names)]
 
     def evaluate(self, index: int | None, *, proves: bool = False) -> tuple[dict[str, float | str], Outcome]:
-        """Evaluates a setting of the sample, or that of the simulations, with the random draws that they have.
+        """Evaluates a setting of the sample, or that of the simulations, with their random draws.
 
-        A proof simulates all holds as well.
+        With ``proves``, all holds are simulated as well.
 
-        Returns: Values of the assumptions, and the outcome.
+        Returns:
+            Values of the assumptions, and the outcome.
         """
         if index is None:
             setting, seed = list_defaults(self.assumptions), self.seed
@@ -92,11 +94,12 @@ class Robustness:
         return setting, outcome
 
     def run_setting(self, repeat: int) -> Arrays:
-        """Evaluates a setting: that of the simulations as repeat 0, then those of the sample.
+        """Evaluates a setting: repeat 0 is that of the simulations, the others are those of the sample.
 
-        Returns: ``outcomes`` (C,), 1, 0 or not a number; ``p_correct`` (2, 4) and ``work_ratio`` (2,) of reaching and
-            hammering; ``reasons`` (5,) why an experiment could not be run; ``simulated``, the share of holds that
-            were; ``interpolation_error``, not a number where none was measured; ``cpu_s`` (8,).
+        Returns:
+            ``outcomes`` (C,), which are 1, 0 or NaN; ``p_correct`` (2, 4) and ``work_ratio`` (2,) for reaching and
+            hammering; ``reasons`` (5,) why an experiment could not be run; ``simulated``, the fraction of holds that
+            were simulated; ``interpolation_error``, NaN where it was not measured; ``cpu_s`` (8,).
         """
         _, outcome = self.evaluate(repeat - 1 if repeat else None, proves=repeat == 0 or repeat % PROVE_EVERY == 1)
         chosen = [outcome.numbers.get(name, {}) for name in _CHOOSING]
@@ -172,7 +175,7 @@ class Robustness:
         }
 
     def _describe_choices(self, p_correct: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
-        """Correct choices at each moment, (N, moments), in all settings and by noise structure: quantiles."""
+        """Computes quantiles of correct choices, (N, moments), over all settings and by noise structure."""
         (column,) = (place for place, each in enumerate(self.assumptions) if each.name == "noise_structure")
         structures = self.assumptions[column].choices
         chosen = {name: levels[:, column] == level for level, name in enumerate(structures)}
@@ -182,7 +185,7 @@ class Robustness:
         }
 
     def draw(self, numbers: Mapping[str, Any]) -> Figure:
-        """Draws the map of claims by assumptions."""
+        """Draws the map of claims and assumptions."""
         order = (*EXPERIMENTS, TASKS)
         claims = dict(sorted(numbers["claims"].items(), key=lambda entry: order.index(entry[0].split(".")[0])))
         shares = np.array([[each["holds"] or 0.0, *each["ci95"]] for each in claims.values()])
@@ -195,7 +198,7 @@ class Robustness:
         )
 
     def write_settings(self, arrays: Arrays, folder: Path) -> None:
-        """Writes the table of the sample, a row per setting, into the folder."""
+        """Writes the table of the sample, with one row per setting, into the folder."""
         arrays = _drop_default(arrays)
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -219,7 +222,7 @@ def _drop_default(arrays: Arrays) -> Arrays:
 
 
 def _list_quantiles(values: Array) -> dict[str, Any]:
-    """Number of rows, and 5, 50 and 95 % quantiles over them; none of no rows."""
+    """Returns the number of rows, and their 5, 50 and 95 % quantiles; there are none if there are no rows."""
     if not len(values):
         return {"count": 0}
     low, median, high = np.quantile(values, [0.05, 0.5, 0.95], axis=0)

@@ -1,1 +1,1 @@
-"""Comparative measurements; ``make bench`` runs them."""
+"""Measurements of the program's speed, compared with other ways to compute the same; ``make bench`` runs them."""

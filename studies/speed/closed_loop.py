@@ -1,12 +1,11 @@
-"""Cost of Python: the closed loop of experiment ``weight``, compared with a C++ controller on the same plant.
+"""Cost of Python: compares the closed loop of experiment ``weight`` with a C++ controller on the same plant.
 
-The C++ controller is Drake's InverseDynamicsController. Its torque is sampled and held with the same control period,
-it has the gains of minimum angular acceleration in continuous time (6 / T^2 and 4 / T), and it believes the same
-inertia, so that arm and integrator do the same work. Both Diagrams log the same ports. They are run alternately in
-one process.
+The C++ controller is Drake's InverseDynamicsController. Its torque is sampled and held with the same control period.
+It has the gains of minimum angular acceleration in continuous time (6 / T^2 and 4 / T) and believes the same inertia,
+so arm and integrator do the same work. Both Diagrams log the same ports. They are run alternately in one process.
 
 Shares of the time: controller and estimator are timed in the loop. The integrator's time is that of the same plant
-when C++ code alone feeds it the recorded torques of the loop, so that it moves in the same way.
+when C++ code alone feeds it the torques recorded in the loop, so that it moves in the same way.
 """
 
 import dataclasses
@@ -43,7 +42,7 @@ NUM_TURNS = 15
 _REPLAYED_AT_ONCE = 0.5
 HEADER = [
     "object",
-    "density believed",
+    "believed density",
     "C++ hold, x real time",
     "closed loop, x real time",
     "ratio",
@@ -55,7 +54,7 @@ HEADER = [
 
 
 def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: float) -> Callable[[], None]:
-    """Builds the Diagram with the hold in C++; returns a function that runs one trial in a fresh Context."""
+    """Builds the Diagram of a hold controlled in C++; returns a function that runs one trial in a fresh Context."""
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm)
     believed = load_arm(settings.arm)
@@ -80,13 +79,13 @@ def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: flo
 def build_torque_replay(tool: Tool, record: TrialRecord, settings: Settings, duration: float) -> Callable[[], None]:
     """Builds the plant fed with recorded torques; returns a function that runs one trial.
 
-    Without feedback, rounding errors grow by a factor of ten every twelfth of a second, so the recorded state is
-    restored at intervals. The record must contain every control period.
+    Without feedback, rounding errors grow tenfold in a twelfth of a second, so the recorded state is restored at
+    intervals. The record must contain every control period.
     """
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm)
-    # A logged torque belongs to the control period that ends at its time. Breaks are half a period before the start
-    # of the period, so that rounding never selects the row before.
+    # A logged torque belongs to the control period that ends at its time. Each break is half a period before the
+    # start of its control period, so that rounding never selects the row before.
     tau = np.vstack([record.tau[1:], record.tau[-1:]])
     steps = PiecewisePolynomial.ZeroOrderHold(
         (record.times - 0.5 * settings.control_period).tolist(), list(tau[:, :, None])
@@ -106,7 +105,7 @@ def _finish_diagram(
     duration: float,
     starts: tuple[Array, Array],
 ) -> Callable[[], None]:
-    """Holds the torque for a control period, adds logs, and builds; starts are times and the states set at them."""
+    """Holds the torque for each control period, adds logs, and builds; ``starts`` has times and states."""
     held = builder.AddSystem(ZeroOrderHold(settings.control_period, arm.num_joints))
     builder.Connect(tau, held.get_input_port())
     builder.Connect(held.get_output_port(), arm.plant.GetInputPort("actuation"))
@@ -132,7 +131,7 @@ def _finish_diagram(
 
 @contextmanager
 def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
-    """Adds up the wall time spent in methods, by name of their class, while the context is open, [s]."""
+    """Measures the wall time spent in methods while the context is open, by the name of their class, [s]."""
     spent: dict[str, float] = defaultdict(float)
     originals = [(owner, name, getattr(owner, name)) for owner, name in methods]
 
@@ -172,7 +171,7 @@ def measure_case(tool: Tool, density: float) -> dict[str, float]:
     medians = time_by_turns(loops, turns=NUM_TURNS, calls_per_turn=1)
 
     with time_methods((MpcController, "_update"), (DensityEstimator, "_update_statistics")) as spent:
-        # Callbacks are bound when a system is built.
+        # A system binds its callbacks when it is built, so it must be built while the methods are wrapped.
         timed = TrialRunner(settings)
         timed.run_hold(tool, memory, duration=duration, seed=(0,))
         spent.clear()
@@ -184,7 +183,7 @@ def measure_case(tool: Tool, density: float) -> dict[str, float]:
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Measures the trials of the experiment; returns rows of a table, and the ratios of total times."""
+    """Measures the trials of the experiment; returns the rows of a table, and ratios of total times."""
     tools = weight.read(Setup())
     true = tools[0].components[0].material.density
     learned = 0.97 * true  # close to the belief after one or two trials

@@ -13,22 +13,27 @@ from affordance.files.atomic import write_text
 from affordance.runs.repeats import list_versions
 from studies.study import Findings, Study, Task, Work, add_only, format_table, import_part, print_table
 
-# Modules that measure ratios, in the order of the report.
+# Modules that measure ratios, in the order in which they are reported.
 MEASURED = ("closed_loop", "mpc_tick", "regressor", "decision", "strike", "observers")
 _PEERS = ("pin",)
 HOW = {
-    "loop_vs_cpp_hold": "wall time of the same plant under a C++ hold over that of the closed loop, all five trials",
+    "loop_vs_cpp_hold": "wall time of the same plant under a C++ controller divided by that of the closed loop, all "
+    "five trials",
     "loop_realtime_factor": "simulated seconds of the closed loop per second of wall time on one core",
-    "mpc_tick_vs_algebra": "time of a tick, no limit active, over that of the closed form factorised at every tick",
-    "mpc_tick_vs_kept_algebra": "the same over the closed form with its inverse kept, one matrix product",
-    "mpc_tick_vs_drake_solver": "the same over the plan alone by Drake's equality-constrained solver, program kept",
-    "mpc_limits_vs_osqp": "time of a tick with limits active over that of OSQP at 1e-6 on a kept program",
-    "regressor_vs_pinocchio": "time for 300 samples over that of Pinocchio's C++ regressor in a loop",
+    "mpc_tick_vs_algebra": "time of a control period, no limit active, divided by that of the closed form factorised "
+    "in every period",
+    "mpc_tick_vs_kept_algebra": "the same divided by the time of the closed form with a stored inverse, one product",
+    "mpc_tick_vs_drake_solver": "the same divided by the time of the plan alone with Drake's equality-constrained "
+    "solver on a stored program",
+    "mpc_limits_vs_osqp": "time of a control period with limits active divided by that of OSQP at 1e-6 on a stored "
+    "program",
+    "regressor_vs_pinocchio": "time for 300 samples divided by that of Pinocchio's C++ regressor in a loop",
     "decisions_vs_rollouts": "choices of a grip for reaching per second by inner simulation, 10,000 with their "
-    "planning, over those by simulating both grips",
-    "decisions_vs_blows": "the same for hammering, contact simulated",
+    "planning, divided by those by simulating both grips",
+    "decisions_vs_blows": "the same for hammering, with simulated contact",
     **{
-        f"observers_at_once_{name}": f"time of lifts of 1,000 observers one by one over that as arrays, {each.label}"
+        f"observers_at_once_{name}": "time of lifts of 1,000 observers one by one divided by that as arrays, "
+        f"{each.label}"
         for name, each in LEARNERS.items()
     },
     "strike_wall_s": "seconds that one core takes for the 55 ms in which tool and nail may touch, median of 24 blows",
@@ -42,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
-    """Imports the peers, and plans all measurements, or tables that are printed."""
+    """Imports the peers, and plans all measurements, or only chosen tables, which are printed."""
     names = arguments.only or MEASURED
     parts = [import_part(f"studies.speed.{name}") for name in names]
     if not arguments.only:
@@ -74,7 +79,7 @@ def _measure(parts: Sequence[Any], folder: Path) -> Iterator[Findings]:
 
 
 STUDY = Study(
-    "how fast the program is, against peers and brute force",
+    "how fast the program is, compared with other libraries and brute force",
     add_arguments,
     plan,
     folder="benchmarks",

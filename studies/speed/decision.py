@@ -1,10 +1,10 @@
-"""Inner simulation compared with brute force: equal decisions from a matrix product and from moving the arm in Drake.
+"""Compares inner simulation with brute force: the same decisions from a matrix product and from moving the arm.
 
 A decision is the choice of the novel object's grip with which a task takes less work, under one sampled density. The
 task is to move the free end along the path of Simulation III, or to drive the nail of Simulation IV. Inner simulation
-plans the motions of each grip once, then decides for ten thousand densities at a time. Brute force simulates both
-grips under each density, with contact. Half of the densities are drawn from the prior and half from an observer's
-belief after one trial, so that they include near ties.
+plans the motions of each grip once, and then decides for ten thousand densities at a time. Brute force simulates both
+grips in Drake under each density, with contact. Half of the densities are drawn from the prior and half from an
+observer's belief after one trial, so that they include near ties.
 """
 
 import time
@@ -36,31 +36,31 @@ from studies.speed.timing import time_by_turns
 HEADER = ["what", "reach", "hammer"]
 NUM_ROLLOUTS = 100
 NUM_FAST = 10_000
-# Relative difference between both grips' works below which a decision counts as a near tie.
+# Relative difference between the works of both grips below which a decision counts as a near tie.
 NEAR_TIE = 0.03
 LABELS = (
     "same choice",
     f"same choice where works differ by more than {100 * NEAR_TIE:.0f} %",
-    "no option feasible, fast and brute",
+    "no option feasible: inner simulation, brute force",
     "work, largest difference",
     "work, median difference",
-    "a decision by brute force",
-    "a decision by inner simulation, its density drawn",
-    "planning both grips, once",
-    "10,000 decisions with their planning, times as fast as brute force",
-    f"quadrature, {NUM_NODES} nodes against every control period, largest error",
+    "time of a decision by brute force",
+    "time of a decision by inner simulation, with the draw of its density",
+    "time to plan both grips, once",
+    "10,000 decisions with planning, times as fast as brute force",
+    f"largest error of the quadrature with {NUM_NODES} nodes, compared with every control period",
 )
 
 
 class Comparison(NamedTuple):
-    """Costs by inner and by full simulation of one tool, for S densities and G grips."""
+    """Costs of one tool by inner and by full simulation, for S densities and G grips."""
 
     inner: Costs  # costs by inner simulation, (G, S) each
     full: Costs  # costs by full simulation, (G, S) each; effort is not simulated
 
     @property
     def differences(self) -> Array:
-        """Relative differences of the works where both find the task feasible, (N,)."""
+        """Relative differences of the work where both simulations find the task feasible, (N,)."""
         both = self.inner.feasible & self.full.feasible
         return np.abs(self.full.work[both] / self.inner.work[both] - 1.0)
 
@@ -71,7 +71,7 @@ class Comparison(NamedTuple):
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Makes the same decisions in both ways; returns rows of a table, and the ratio of decisions per second."""
+    """Makes the same decisions in both ways; returns the rows of a table, and the ratio of decisions per second."""
     setup = Setup()
     held, (tool, *_), task = reach.read(setup)
     _, _, nail = hammer.read(setup)
@@ -86,7 +86,7 @@ def compare(tool: Tool, task: Reach | Hammer, held: Sequence[Tool], setup: Setup
     """Makes decisions in both ways; half of the densities are drawn from an observer's belief after one hold.
 
     Returns:
-        Column of the table, the choice, and the ratio of decisions per second, planning included.
+        A column of the table, the choice, and the ratio of decisions per second, with planning included.
     """
     start = time.perf_counter()
     choice = plan_choice(list_options(tool), task, setup.settings)
@@ -128,9 +128,10 @@ def compare(tool: Tool, task: Reach | Hammer, held: Sequence[Tool], setup: Setup
 
 
 def simulate_all(tool: Tool, task: Reach | Hammer, choice: Choice, colours: Sequence[Colour], rho: Array) -> Costs:
-    """Moves the arm with each grip of a tool, with contact, under densities of its colours, (S, M), [kg/m^3].
+    """Moves the arm with each grip of a tool, with contact, under given densities of its colours, (S, M), [kg/m^3].
 
-    Returns: Costs, (G, S) each; effort is not simulated.
+    Returns:
+        Costs, (G, S) each; effort is not simulated.
     """
     grips = list(tool.list_gripped().values())
     work, feasible = np.full((len(grips), len(rho)), np.inf), np.zeros((len(grips), len(rho)), dtype=bool)
@@ -152,7 +153,7 @@ def simulate_all(tool: Tool, task: Reach | Hammer, choice: Choice, colours: Sequ
 
 
 def measure_quadrature(choice: Choice, task: Reach, held: Sequence[Tool]) -> float:
-    """Computes the largest relative error of the work due to the quadrature's nodes, under densities of the prior."""
+    """Computes the largest relative error of work from the quadrature's nodes, under densities from the prior."""
     memory = MaterialMemory().add_colours(list_colours(held), choice.settings.prior)
     pi = choice.draw_parameters(memory, np.random.default_rng(2), NUM_ROLLOUTS)
     model = ArmModel(load_arm(choice.settings.arm))

@@ -1,14 +1,14 @@
-"""Time of one control period of the controller, compared with the algebra alone and with Drake's own solvers.
+"""Times one control period of the controller, compared with the algebra alone and with other solvers.
 
 If no limit is active, the baseline is the closed form alone: it solves for the multipliers of the terminal goal, and
 multiplies out the accelerations. It is timed for a changing goal, with a factorisation in every control period, and
-for this constant goal, with a stored inverse. The control period is everything that the system does at an event, at
-states never seen before: it reads the state, finds the goal, plans, checks the limits over the whole plan, and
-computes torques.
+for a constant goal as in this task, with a stored inverse. The control period is everything that the system does at
+an event, at states that it has not met before: it reads the state, finds the goal, plans, checks the limits over the
+whole plan, and computes torques.
 
 If limits are active, the baseline is OSQP at 1e-6 with a reused program in the formulation that suits OSQP best:
-accelerations only, with hard goal and limits. That program is not always feasible; only states where it is are
-compared.
+accelerations only, with hard goal and limits. That program is not always feasible; times are compared only for states
+where it is.
 """
 
 from collections.abc import Callable
@@ -28,13 +28,13 @@ from studies.speed.timing import time_by_turns
 
 NUM_FREE = 100
 NUM_LIMITED = 40
-HEADER = ["limits active", "tick of the controller", "us"]
+HEADER = ["limits active", "control period", "us"]
 
 
 def build_bare_algebra(
     settings: MpcSettings, num_joints: int, *, keeps_inverse: bool
 ) -> Callable[[Array, TerminalGoal], Array]:
-    """Builds the closed form without checks: multipliers of the goal, then accelerations."""
+    """Builds the closed form without checks: multipliers of the goal first, then accelerations."""
     angle, rate = compute_responses(settings)
     one = np.eye(num_joints)
     G = np.vstack([np.kron(angle[-1], one), np.kron(rate[-1], one)])
@@ -51,7 +51,7 @@ def build_bare_algebra(
 
 
 def build_equality_solver(settings: MpcSettings, num_joints: int) -> Callable[[Array, TerminalGoal], Array]:
-    """Builds the same plan with the solver that Drake chooses (equality-constrained), on a reused program."""
+    """Builds the same plan as a reused program for the equality-constrained solver that Drake chooses."""
     N, T = settings.num_steps, settings.horizon
     one = np.eye(num_joints)
     terminal = np.vstack([np.kron(response[-1], one) for response in compute_responses(settings)])
@@ -95,7 +95,7 @@ class HardOsqp:
         self._options.SetOption(OsqpSolver.id(), "max_iter", 20_000)
 
     def solve(self, x: Array, goal: TerminalGoal, M: Array, bias: Array) -> Array | None:
-        """Solves for the accelerations, (N n,); None if OSQP does not succeed."""
+        """Computes the accelerations, (N n,); returns None if OSQP does not succeed."""
         n, N, T = len(bias), self._num_steps, self._horizon
         q, v = x[:n], x[n:]
         times = np.arange(1, N + 1) * T / N
@@ -165,11 +165,11 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
             np.testing.assert_allclose(other(x, goal), solution.vdot.ravel(), atol=1e-4)
     free = time_by_turns(
         {
-            "bare algebra, factorised at every tick": repeat(factorising),
-            "bare algebra, inverse kept": repeat(keeping),
-            "Drake's equality-constrained solver, program kept": repeat(by_drake),
+            "algebra alone, factorised in every period": repeat(factorising),
+            "algebra alone, stored inverse": repeat(keeping),
+            "Drake's equality-constrained solver, stored program": repeat(by_drake),
             "plan and its motion": repeat(mpc.solve_free),
-            "tick: state, goal, plan, limits, torques": control_period,
+            "control period: state, goal, plan, limits, torques": control_period,
         },
         calls_per_turn=5,
     )
@@ -191,10 +191,10 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     limited = {name: value / NUM_LIMITED for name, value in limited.items()}
     rows = [["none", name, f"{1e6 * value:.1f}"] for name, value in free.items()]
     rows += [["some", name, f"{1e6 * value:.0f}"] for name, value in limited.items()]
-    whole = free["tick: state, goal, plan, limits, torques"]
+    whole = free["control period: state, goal, plan, limits, torques"]
     return rows, {
-        "mpc_tick_vs_algebra": whole / free["bare algebra, factorised at every tick"],
-        "mpc_tick_vs_kept_algebra": whole / free["bare algebra, inverse kept"],
-        "mpc_tick_vs_drake_solver": whole / free["Drake's equality-constrained solver, program kept"],
+        "mpc_tick_vs_algebra": whole / free["algebra alone, factorised in every period"],
+        "mpc_tick_vs_kept_algebra": whole / free["algebra alone, stored inverse"],
+        "mpc_tick_vs_drake_solver": whole / free["Drake's equality-constrained solver, stored program"],
         "mpc_limits_vs_osqp": limited["ours"] / limited["OSQP at 1e-6"],
     }

@@ -1,4 +1,4 @@
-"""This project's arm in two other dynamics libraries, built from models/arm.sdf without Drake; tests use it too."""
+"""Builds this project's arm in two other dynamics libraries, from models/arm.sdf without Drake; tests use it too."""
 
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -12,7 +12,7 @@ from affordance.files.model_folder import MODELS
 
 
 class LinkData(NamedTuple):
-    """Moving body and its revolute joint, in the frame of the joint."""
+    """Moving body and its revolute joint, expressed in the joint's frame."""
 
     p_parent: Array  # position of the joint in the parent body, (3,), [m]
     axis: Array
@@ -88,7 +88,7 @@ def build_pinocchio() -> pinocchio.Model:
 
 
 def build_toolbox_arm() -> tuple[roboticstoolbox.Robot, Array]:
-    """Builds the arm in the Robotics Toolbox for Python, which supports positive axes only.
+    """Builds the arm in the Robotics Toolbox for Python, which only supports positive joint axes.
 
     Returns:
         Arm, and the signs, (num_joints,), by which its angles and torques must be multiplied.

@@ -1,7 +1,7 @@
-"""Payload regressor along a trajectory of 300 samples, compared with Pinocchio's C++ regressor called in a loop.
+"""Times the payload regressor along 300 samples, compared with Pinocchio's C++ regressor called in a loop.
 
-Pinocchio computes the columns of all bodies, of which only the last ten are used. It has no joint-torque regressor of
-a single body.
+Pinocchio computes the columns of all bodies, of which only the last ten are used. It has no joint-torque regressor
+for a single body.
 """
 
 import numpy as np
@@ -14,11 +14,11 @@ from studies.speed.peer_arms import build_pinocchio
 from studies.speed.timing import time_by_turns
 
 NUM_SAMPLES = 300
-HEADER = ["payload regressor", "ms for 300 samples", "time over Pinocchio's"]
+HEADER = ["payload regressor", "ms for 300 samples", "time divided by Pinocchio's"]
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Times each computation of the regressor; returns rows of a table, and our time over Pinocchio's."""
+    """Times each way to compute the regressor; returns the rows of a table, and our time divided by Pinocchio's."""
     arm = load_arm()
     chain, model = build_chain(arm), ArmModel(arm)
     other = build_pinocchio()

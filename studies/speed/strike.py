@@ -1,4 +1,4 @@
-"""Accuracy and time of the integrator for a blow on a nail, independent of when its steps occur.
+"""Accuracy and time of the integrator for a blow on a nail, whenever its steps happen to occur.
 
 The stick of Simulation IV is swung at the nail by either end, with known densities. The whole closed loop is
 simulated, including controller, estimator and loggers. Starts differ in the position of the nail, by up to a
@@ -6,9 +6,9 @@ millimetre to either side along the blow, so that the nail is struck up to 0.3 m
 control period and at different moments within steps. Each swing is simulated once; every setting of the integrator
 then continues from a copy of its Context, from 20 ms before the planned strike until 35 ms after it. The reference is
 implicit Euler at 1e-6 with steps of at most 10 us, from one start for each grip. An explicit integrator would need
-steps of 20 ns, as the resistance is very stiff at rest.
+steps of 20 ns, because the resistance of a nail at rest is very stiff.
 
-Times are wall times: run it on an otherwise idle machine. Other integrators, plants and models of contact were
+Times are wall times, so run it on an otherwise idle machine. Other integrators, plants and contact models were
 compared once (docs/decisions/0013-nail.md).
 """
 
@@ -42,12 +42,12 @@ HEADER = [
     "grip",
     "blows",
     "peak force (N)",
-    "off the reference (%)",
+    "difference from reference (%)",
     "contact peak (N)",
     "impulse (N s)",
     "travel (mm)",
-    "steps, most",
-    "time, median (s)",
+    "largest number of steps",
+    "median time (s)",
 ]
 # Displacements of the nail from its believed position, along the blow, [m].
 SHIFTS = np.linspace(-1e-3, 1e-3, 12)
@@ -68,7 +68,7 @@ class Start(NamedTuple):
     tool: Tool  # tool as it is held
     strike: Strike  # task, with the true position of the nail
     trial: TrialDiagram  # diagram of the trial
-    context: Context  # context of the Diagram at that time
+    context: Context  # Context of the Diagram shortly before the strike
 
 
 class Blow(NamedTuple):
@@ -76,14 +76,14 @@ class Blow(NamedTuple):
 
     peak: float  # peak of the resistance, [N]
     contact: float  # peak of the tool's force on the nail along its axis, [N]
-    impulse: float  # impulse of the resistance, until the nail is in, [N s]
+    impulse: float  # impulse of the resistance until the nail has been driven in, [N s]
     travel: float  # travel of the nail, [m]
     steps: int  # number of the integrator's steps
     seconds: float  # wall time, [s]
 
 
 def prepare_starts() -> dict[str, list[Start]]:
-    """Simulates the swings by either grip of the stick, the nail being displaced; returns starts by grip."""
+    """Simulates the swings by either grip of the stick at displaced nails; returns the starts by grip."""
     stick = load_tools(MODELS / "tools" / "novel.yaml")[0]
     memory = MaterialMemory.from_densities(list_densities([stick]))
     hammer, model, runner = load_hammer(MODELS / "nail.yaml"), ArmModel(load_arm()), TrialRunner(DEFAULT_SETTINGS)
@@ -105,7 +105,7 @@ def prepare_starts() -> dict[str, list[Start]]:
 
 
 def strike_nail(start: Start, settings: Settings) -> Blow:
-    """Continues from a start, with the integrator that the settings give for possible contact."""
+    """Continues from a start with the integrator that the settings prescribe where contact is possible."""
     context, config = start.context.Clone(), settings.integrator.contact
     touch, leave = start.strike.contact
     simulator = Simulator(start.trial.diagram, context)
@@ -124,7 +124,7 @@ def strike_nail(start: Start, settings: Settings) -> Blow:
 
 
 def format_blows(settings: Settings, grip: str, blows: Sequence[Blow], reference: float) -> list[str]:
-    """Formats a row of the table; the reference is its peak of the resistance, [N]."""
+    """Formats a row of the table; ``reference`` is the peak of the resistance in the reference, [N]."""
     peaks, contacts, impulses, travels, steps, seconds = np.array(blows).T
     return [
         settings.integrator.contact_scheme,
@@ -148,10 +148,10 @@ def _span(values: Array, form: str) -> str:
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Measures the chosen integrator against the reference; returns rows of a table, and the time per blow."""
+    """Compares the chosen integrator with the reference; returns the rows of a table, and the time per blow."""
     rows, seconds = [], []
     for grip, starts in prepare_starts().items():
-        exact = strike_nail(starts[0], REFERENCE)  # from one start: another integrator finds the same from all
+        exact = strike_nail(starts[0], REFERENCE)  # one start is enough: another integrator gave the same from all
         blows = [strike_nail(start, DEFAULT_SETTINGS) for start in starts]
         rows.append(format_blows(REFERENCE, grip, [exact], exact.peak))
         rows.append(format_blows(DEFAULT_SETTINGS, grip, blows, exact.peak))

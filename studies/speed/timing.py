@@ -1,4 +1,4 @@
-"""Alternating timing of functions, so that the load of the machine affects all alike."""
+"""Times functions in alternation, so that the load of the machine affects all of them alike."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -9,7 +9,7 @@ import numpy as np
 def time_by_turns(
     calls: Mapping[str, Callable[[], object]], *, turns: int = 21, calls_per_turn: int = 20
 ) -> dict[str, float]:
-    """Times functions by turns; returns by name the median over turns of the mean time per call, [s]."""
+    """Times functions in turns; returns for each name the median over turns of the mean time per call, [s]."""
     times: dict[str, list[float]] = {name: [] for name in calls}
     for call in calls.values():
         call()

@@ -1,1 +1,1 @@
-"""Study of real tools: inertia from meshes, first touch, sight, other people's records, and the end to hold."""
+"""Study of real tools: inertia from meshes, first touch, vision, others' records, and which end to hold."""

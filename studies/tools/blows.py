@@ -1,4 +1,4 @@
-"""Blows with real tools in contact simulation: planned and simulated peak force and work."""
+"""Blows with real tools in contact simulation: compares planned and simulated peak force and work."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from affordance.vision.eye import measure_drawing
 
 
 class CheckedBlow(NamedTuple):
-    """Planned and simulated blow, at true densities."""
+    """Planned and simulated blow at true densities."""
 
     tool: str  # name of the tool
     grip: str  # name of the grip
@@ -30,7 +30,8 @@ class CheckedBlow(NamedTuple):
 def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, settings: Settings) -> list[CheckedBlow]:
     """Simulates a blow with each tool in one of its grips.
 
-    If no swing is fast enough, or a simulation stalls, an AffordanceError is raised.
+    Raises:
+        AffordanceError: No swing is fast enough, or a simulation stalls.
     """
     checked = []
     for tool, name in zip(tools, grips, strict=True):

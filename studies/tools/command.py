@@ -26,12 +26,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a clone of github.com/utiasSTARS/inertial-identification-with-part-segmentation; without it, only what "
         "needs no data is run: our own hammers, and figure 1",
     )
-    add_run_options(parser, 10, "simulated observers, who hold and predict", former=["--observers"], jobs=1)
+    add_run_options(parser, 10, "simulated observers that hold and predict", former=["--observers"], jobs=1)
     parser.add_argument(
         "--half",
         choices=("learning", "both"),
         default="both",
-        help="of which tools masses are predicted; everything was chosen on the learning half (default: both)",
+        help="half of the tools whose masses are predicted; choices were made on the learning half (default: both)",
     )
 
 
@@ -58,5 +58,5 @@ STUDY = Study(
     "meshes, materials by part, masses before first touch, and which end of a hammer to hold",
     add_arguments,
     plan,
-    refused={("learner",): "tools are learned about with one density for each colour"},
+    refused={("learner",): "observers learn one density for each colour"},
 )

@@ -1,6 +1,6 @@
-"""Workshop tools of Nadeau, Giamou and Kelly (ICRA 2023), read from a user's clone and split into two halves.
+"""Reads the workshop tools of Nadeau, Giamou and Kelly (ICRA 2023) from a user's clone, in two halves.
 
-None of these data come with this program. Materials of the bodies in each mesh, and the hold of each tool, are in
+None of these data come with this program. The materials of the bodies in each mesh, and how each tool is held, are in
 models/workshop/hps.yaml; densities of materials are in models/materials.yaml.
 """
 
@@ -60,7 +60,7 @@ class TrueInertia:
 
 
 class _InertiaEntry(DataModel):
-    """Entry of a tool's inertia in the data set, among other things."""
+    """Entries that are used of a tool's inertia in the data set."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -78,7 +78,7 @@ class _InertiaFile(DataModel):
 
 
 def load_known_materials(models: Path) -> dict[str, Material]:
-    """Loads the materials that an observer who knows workshop tools recognises by sight, by name.
+    """Loads the materials, by name, that an observer familiar with workshop tools recognises by sight.
 
     Raises:
         BadValueError: A file is invalid; the message names file and reason.
@@ -127,7 +127,7 @@ class DataSet:
         return (Half.LEARNING if name in LEARNING else Half.TEST) in self.halves
 
     def list_names(self, half: Half) -> tuple[str, ...]:
-        """Lists the names of the tools of a half."""
+        """Lists the names of the tools in a half."""
         return tuple(name for name in self.tools if (name in LEARNING) == (half is Half.LEARNING))
 
     def read_truth(self, name: str) -> TrueInertia:
@@ -159,15 +159,15 @@ class DataSet:
 
 
 class Deviation(NamedTuple):
-    """Error of a tool's inertia from its mesh."""
+    """Error of a tool's inertia as computed from its mesh."""
 
-    mass: float  # error of the mass, as a fraction of the true one
+    mass: float  # error of the mass, as a fraction of the true mass
     com: float  # largest error of a coordinate of the centre of mass, [m]
-    inertia: float  # norm of the error of the rotational inertia, as a fraction of that of the true one
+    inertia: float  # norm of the error of the rotational inertia, as a fraction of the true norm
 
 
 def measure_parity(data: DataSet) -> dict[str, Deviation]:
-    """Compares all tools with their true inertia, by name."""
+    """Compares the inertia of all tools with the truth; returns errors by name of the tool."""
     return {name: compare_inertia(tool, data.read_truth(name)) for name, tool in data.tools.items()}
 
 

@@ -29,10 +29,10 @@ _METHOD_NAMES = {
     "ours_hps_parts": "part densities, the authors' parts",
     "hps": "HPS redone",
     "hps_stored": "HPS as stored",
-    "geo_stored": "GEO as stored (told the mass)",
+    "geo_stored": "GEO as stored (given the true mass)",
     "ols": "least squares",
 }
-# Duration of slow motion before and after the strike, [s], and its factor.
+# Duration of slow motion before and after the strike, [s], and the factor by which time is slowed down.
 _SLOW_BEFORE, _SLOW_AFTER, _SLOWER = 0.02, 0.04, 30.0
 # Colours of right and wrong choices.
 _RIGHT, _WRONG = "#D5EBDD", "#F6D9CC"
@@ -54,7 +54,7 @@ def save_figures(result: ToolsResult, folder: Path) -> None:
 
 
 def write_blows(result: ToolsResult, path: Path) -> None:
-    """Writes the simulated blows as an animated page, in slow motion and enlarged around the strike."""
+    """Writes an animated page of the simulated blows, in slow motion and enlarged around the strike."""
     scenes = []
     for choices in result.choices.values():
         for checked in choices.blows:
@@ -75,7 +75,7 @@ def write_blows(result: ToolsResult, path: Path) -> None:
 
 
 def draw_first_touch(result: ToolsResult) -> Figure:
-    """Plots masses predicted by one observer against true masses, for geometry from drawings and from two views."""
+    """Plots masses predicted by one observer against true masses, with geometry from drawings and from two views."""
     sources = [source for source in (Source.CAD, Source.TWO_VIEWS) if source in result.config.sources]
     figure = Figure(figsize=(5.2 * len(sources), 4.8))
     all_axes = figure.subplots(1, len(sources), squeeze=False, sharex=True, sharey=True)[0]
@@ -94,13 +94,13 @@ def draw_first_touch(result: ToolsResult) -> Figure:
         axes.set_xlabel("true mass (kg)")
         axes.set_title(f"by {_SOURCE_NAMES[source]}, one hold of each learning tool", fontsize=10)
         axes.legend(frameon=False, loc="upper left", fontsize=8)
-    all_axes[0].set_ylabel("mass predicted before it is touched (kg)")
+    all_axes[0].set_ylabel("mass predicted before first touch (kg)")
     tidy(*all_axes)
     return figure
 
 
 def draw_measures(result: ToolsResult) -> Figure:
-    """Plots the mean absolute log error of mass for each geometry and number of holds, next to the floors."""
+    """Plots the mean absolute log error of the mass for each geometry and number of holds, next to the floors."""
     halves = result.config.halves
     figure = Figure(figsize=(4.6 * len(halves) + 1.4, 3.6))
     all_axes = figure.subplots(1, len(halves), squeeze=False, sharey=True)[0]
@@ -151,7 +151,7 @@ def draw_records(result: ToolsResult) -> Figure:
 
 
 def draw_grips(choices: Choices) -> Figure:
-    """Draws a table of chosen grips, right or wrong, by task, tool, geometry and belief."""
+    """Draws a table of the chosen grips, with whether they are right, by task, tool, geometry and belief."""
     tasks = list(dict.fromkeys(task for task, _, _ in choices.rankings))
     rows = [(task, tool.name) for task in tasks for tool in choices.tools]
     columns = [(geometry, belief) for geometry in ("drawing", "pictures") for belief in _BELIEF_NAMES]

@@ -1,4 +1,4 @@
-"""Prediction of the mass of a tool that was never held, from experience with tools of the same materials.
+"""Predicts the mass of a tool that was never held, from experience with tools made of the same materials.
 
 Four measures compare predicted masses m with true masses M, as is usual for masses predicted from pictures (Standley,
 Sener, Chen and Savarese 2017, image2mass, CoRL): the means of |m - M|, of |ln m / M|, of |m - M| / M, and of
@@ -30,18 +30,18 @@ _NUM_SAMPLES = 4000
 # Ends of the 90 % intervals, and the median, [%].
 _PERCENTILES = (5.0, 50.0, 95.0)
 # A tool can be left out if recurring materials make up at least this fraction of its mass. A material recurs if it
-# makes up at least this fraction of another tool's mass; with less, holding that tool teaches nothing.
+# makes up at least this fraction of another tool's mass; if it makes up less, holding that tool teaches nothing.
 _MIN_KNOWN, _MIN_RECURRING = 0.9, 0.1
-# Colour of every part for an observer who sees no colours.
+# Colour of every part for an observer that sees no colours.
 _ONE_COLOUR: Colour = (0.5, 0.5, 0.5)
 STEEL, WATER = 7850.0, 1000.0
 
 
 class Prediction(NamedTuple):
-    """Belief about a tool before it is touched, at _PERCENTILES."""
+    """Belief about a tool before it is touched, at the percentiles _PERCENTILES."""
 
     mass: Array  # percentiles of the mass, shape (3,), [kg]
-    com: Array  # percentiles of the centre of mass, shape (3, 3): percentiles times axes of the hand, [m]
+    com: Array  # percentiles of the centre of mass in the hand, shape (3, 3): percentiles times coordinates, [m]
 
 
 class Truth(NamedTuple):
@@ -57,7 +57,7 @@ class Score(NamedTuple):
     ade_g: float  # mean absolute error, [g]
     alde: float  # mean absolute error of the logarithm
     ape: float  # mean absolute error as a fraction of the true mass
-    mnre: float  # mean ratio of the smaller to the larger of both masses
+    mnre: float  # mean ratio of the smaller to the larger of predicted and true mass
     coverage_mass: float  # coverage of the intervals of mass
     coverage_com: float  # coverage of the intervals of the centre of mass's coordinates
 
@@ -91,7 +91,7 @@ def score(predictions: Sequence[Prediction], truths: Sequence[Truth]) -> Score:
 def predict_unfelt(
     names: Sequence[str], felt: Felt, features: Features, colours: Sequence[Colour], settings: Settings, seed: int
 ) -> dict[str, Prediction]:
-    """Predicts each of the tools from experience with all other tools that were held."""
+    """Predicts each tool from experience with all other tools that were held."""
     return {
         name: predict(
             features[name],
@@ -109,7 +109,7 @@ def take_first(felt: Felt, count: int) -> dict[str, Sequence[TorqueStatistics]]:
 
 
 def make_all_alike(features: Features) -> dict[str, list[ComponentFeatures]]:
-    """Gives every part of every tool the same colour, as for an observer who knows a single density."""
+    """Gives every part of every tool the same colour, as for an observer that assumes a single density."""
     return {
         name: [replace(part, colour=_ONE_COLOUR, colour_sd=0.0) for part in parts] for name, parts in features.items()
     }
@@ -127,7 +127,7 @@ def predict_without_experience(
 
 
 def list_recurring(tools: Mapping[str, Tool]) -> tuple[str, ...]:
-    """Lists the tools made mostly of materials that recur in other tools, from which they can be learned."""
+    """Lists the tools that consist mostly of materials recurring in other tools, from which these can be learned."""
     shares = {name: compute_shares(tool) for name, tool in tools.items()}
     recurring = []
     for name, own in shares.items():
@@ -144,7 +144,7 @@ def list_recurring(tools: Mapping[str, Tool]) -> tuple[str, ...]:
 
 
 def compute_shares(tool: Tool) -> dict[str, float]:
-    """Computes the fraction of a tool's mass for each of its materials, by name."""
+    """Computes the fraction of a tool's mass that each of its materials makes up, by name."""
     masses: dict[str, float] = {}
     for part in tool.components:
         masses[part.material.name] = masses.get(part.material.name, 0.0) + part.material.density * part.shape.volume

@@ -1,8 +1,8 @@
-"""Torques measured while the arm holds the learning tools, simulated once for all studies of learning from them.
+"""Torques while the arm holds the learning tools, simulated once for all studies of learning from them.
 
-Torques, the arm's own share of them, and the payload regressor do not depend on beliefs, so the same holds can be
-used for any geometry and for any tool that is left out. Several holds of one tool are one observation with less
-noise: the tool's deviation from its materials, and the error of its observed features, are the same in each.
+Torques, the arm's own part of them, and the payload regressor do not depend on beliefs, so the same holds can be used
+with any geometry and whichever tool is left out. Several holds of one tool are one observation with less noise,
+because the tool's deviation from its materials and the errors of its observed features are the same in each hold.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,10 +22,10 @@ from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import predict_object
 
-# Duration of a hold, [s]: the arm is at rest again after half of it.
+# Duration of a hold, [s]; the arm is at rest again after half of it.
 DURATION = 1.0
 _ROUNDING = 1e-9
-# Margin before the end of a presentation, when the memory learns and the statistics are reset, [s].
+# Margin before the end of a presentation, because at the end the memory learns and the statistics are reset, [s].
 _TO_SPARE = 0.05
 
 
@@ -34,7 +34,7 @@ def simulate_holds(
 ) -> dict[str, list[TorqueStatistics]]:
     """Simulates holds of each tool in each round, in random order, with learning in between.
 
-    Tools are held by their grip. Equal orders give equal holds.
+    Tools are held by their grip. Equal seeds and orders give equal holds.
 
     Returns:
         Torque statistics of the holds of each tool, by its name.
@@ -48,7 +48,7 @@ def simulate_holds(
     for turn in range(rounds):
         for index in order.permutation(len(tools)):
             tool = tools[index]
-            # Counted from 1, because a seed that ends in 0 gives the same numbers as the seed without the 0.
+            # Counted from 1, because a seed that ends in 0 gives the same numbers as the seed without that 0.
             hold = feel(runner, tool, memory, duration=DURATION, seed=(*seed, 1 + turn, 1 + int(index)))
             felt[tool.name].append(hold)
             memory = _teach(memory, drawings[tool.name], felt[tool.name][-1], settings, settings.noise)
@@ -59,7 +59,7 @@ def simulate_holds(
 def feel(
     runner: TrialRunner, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
 ) -> TorqueStatistics:
-    """Measures the torques of one hold; arguments are those of ``TrialRunner.run_hold``."""
+    """Measures the torques of one hold; the arguments are those of ``TrialRunner.run_hold``."""
     trial = runner.get_diagram(duration + _TO_SPARE)
     simulator = runner.prepare(trial, tool, trial.hold, memory, seed)
     simulator.AdvanceTo(duration + _ROUNDING)
@@ -87,7 +87,7 @@ def learn(
 
 
 def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> MaterialMemory:
-    """Learns materials from tools held in the home posture, by their first grip or, without grips, as written."""
+    """Learns materials from tools held in the home posture, by their first grip, or at frame T if they have none."""
     held = [tool.gripped_by(tool.grips[0]) if tool.grips else tool for tool in tools]
     felt = simulate_holds(held, settings, rounds=holds, seed=(seed, 1))
     return learn(felt, {tool.name: measure_drawing(tool) for tool in held}, list_colours(held), settings)
@@ -108,7 +108,7 @@ def _teach(
 
 
 def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:
-    """Returns the number of joints that corresponds to the length of the torque features."""
+    """Returns the number of joints that the length of the torque features corresponds to."""
     count = 1
     while noise.num_features(count) < len(felt.features):
         count += 1
@@ -116,7 +116,7 @@ def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:
 
 
 def _average(noise: NoiseModel, count: int) -> NoiseModel:
-    """Returns the noise of the mean of several holds; independent samples already average by their number."""
+    """Returns the noise of the mean of several holds; noise with independent samples needs no change."""
     if not isinstance(noise, WeberNoise) or noise.independent_samples:
         return noise
     shrink = 1.0 / np.sqrt(count)

@@ -10,7 +10,7 @@ from studies.tools.study import Choices, ToolsResult
 from studies.tools.which_end import TRUE
 
 _MM = 1e3
-# Names of the four measures of a score that a floor has too.
+# Names of the four measures of a score, which floors have, too.
 _MEASURES = ("ade_g", "alde", "ape", "mnre")
 
 

@@ -1,4 +1,4 @@
-"""Simulated observer: holds the learning tools, looks at all tools, and predicts the masses of those never held."""
+"""Simulated observer that holds the learning tools, sees all tools, and predicts the masses of those never held."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -38,26 +38,27 @@ HOLDS = (1, 5)
 class ToolsConfig:
     """Configuration of the study."""
 
-    data: Path | None = None  # User's clone of the data set; None to do without
+    data: Path | None = None  # user's clone of the data set; None to run without it
     models: Path = MODELS  # folder of our models
     seed: int = 0  # root of every random draw
-    # Number of observers who hold the learning tools and predict the others, with independent noise.
+    # Number of observers that hold the learning tools and predict the others, with independent noise.
     observers: int = 10
     jobs: int = 1  # number of processes
     halves: tuple[Half, ...] = (Half.LEARNING, Half.TEST)  # halves of the tools whose masses are predicted
-    sources: tuple[Source, ...] = tuple(Source)  # sources of their geometry
+    sources: tuple[Source, ...] = tuple(Source)  # sources of the tools' geometry
     settings: Settings = DEFAULT_SETTINGS  # settings of arm, prior and noise
 
 
 class Predictions(NamedTuple):
-    """Predictions of an observer for each tool, by its name."""
+    """Predictions of an observer, by name of the tool."""
 
     # Predictions by geometry, number of holds, and half.
     first_touch: dict[tuple[Source, int, Half], dict[str, Prediction]]
     floors: dict[str, dict[str, Prediction]]  # predictions for the last half, by the name of the floor
-    # Logarithm of the ratio of predicted to true mass, by geometry, with only the geometry in error.
+    # Logarithm of the ratio of predicted to true mass at true densities, so that only the geometry is wrong, by
+    # geometry.
     at_true_densities: dict[Source, dict[str, float]]
-    not_seen: dict[str, str]  # reasons for which tools were not detected in pictures, by name of the tool
+    not_seen: dict[str, str]  # by name of the tool, why it was not detected in pictures
 
 
 def run_observer(config: ToolsConfig, data: DataSet, observer: int) -> Predictions:
@@ -114,7 +115,7 @@ def hold_tool(data: DataSet, name: str) -> Tool:
 
 
 def read_truth_in_hand(data: DataSet, name: str) -> Truth:
-    """Reads mass and centre of mass of a tool as it is held by its handle, as the data set gives them."""
+    """Reads mass and centre of mass of a tool from the data set, for the tool as it is held by its handle."""
     truth, X_FG = data.read_truth(name), data.tools[name].grips[0].X_TG
     return Truth(truth.mass, X_FG[:3, :3].T @ (truth.p_FBcm - X_FG[:3, 3]))
 
@@ -124,7 +125,7 @@ def _compare_with_truth(
     features: Mapping[Source, Mapping[str, Sequence[ComponentFeatures]]],
     settings: Settings,
 ) -> dict[Source, dict[str, float]]:
-    """Computes the errors of sight alone: logarithms of predicted over true masses, with all densities known."""
+    """Computes the errors of vision alone: logarithms of predicted over true mass, with all densities known."""
     known = MaterialMemory.from_densities({each.colour: each.density for each in data.materials.values()})
     return {
         source: {

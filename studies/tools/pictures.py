@@ -1,4 +1,4 @@
-"""Pictures of what vision detects of real tools: object, colours and columns; and the paper's figure 1."""
+"""Pictures of what vision detects of real tools (object, colours and columns), and the paper's figure 1."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,7 +20,7 @@ from studies.tools.study import ToolsResult
 from studies.tools.uncommon import CheckedMass, CheckedMotion
 
 _MM = 1e3
-# Side of a cell in the picture of columns, the mean thickness of whose columns is shown, [mm].
+# Side of a cell in the picture of columns, [mm]; a cell shows the mean thickness of its columns.
 _CELL_MM = 1.0
 # Margin around an object in its picture, [pixels].
 _ROOM = 25
@@ -102,7 +102,7 @@ def draw_uncommon(result: ToolsResult, stand: CameraSensor) -> Figure:
 def draw_intervals(
     axes: Axes, places: ArrayLike, percentiles: ArrayLike, colour: str, label: str | None, **style: Any
 ) -> None:
-    """Draws percentiles, (N, 3), of which the middle one is marked and the others are ends of a bar, over places."""
+    """Draws percentiles, (N, 3), over places: a mark for the middle one, and a bar between the other two."""
     low, middle, high = np.transpose(percentiles)
     axes.errorbar(places, middle, [middle - low, high - middle], fmt="o", color=colour, label=label, **style)
 
@@ -119,19 +119,19 @@ def _draw_uncommon_masses(axes: Axes, masses: Sequence[CheckedMass]) -> None:
     axes.set_xlim(-0.6, len(masses) - 0.4)
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("mass (kg)")
-    axes.set_title("believed by two pictures, and once held; 90 % intervals", fontsize=10)
+    axes.set_title("predicted from two pictures, and after a hold; 90 % intervals", fontsize=10)
     axes.legend(frameon=False, fontsize=8)
 
 
 def _draw_motions(axes: Axes, motions: Sequence[CheckedMotion]) -> None:
     for place, motion in enumerate(motions):
         if np.isfinite(motion.work).all():
-            label = "predicted, where the arm can" if place == 0 else None
+            label = "predicted, over feasible samples" if place == 0 else None
             draw_intervals(axes, [place], [motion.work], OBJECT_COLOURS[0], label, capsize=3.0)
-        label = "simulated, true object" if place == 0 else None
+        label = "simulated with the true object" if place == 0 else None
         axes.plot([place], [motion.simulated], "x", color=OBJECT_COLOURS[2], markersize=9.0, label=label)
     names = [f"{each.object_name}\nby {each.grip}\np = {each.p_best:.2f}" for each in motions]
     axes.set_xticks(range(len(motions)), names, fontsize=8)
     axes.set_ylabel("work of mashing (J)")
-    axes.set_title("in the order in which they are chosen", fontsize=10)
+    axes.set_title("options, in the order of choice", fontsize=10)
     axes.legend(frameon=False, fontsize=8)

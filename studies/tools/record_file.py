@@ -1,7 +1,7 @@
-"""Reader of the force-torque records and results of the workshop tools' authors, which are Python pickles.
+"""Reads the force-torque records and results of the workshop tools' authors, which are Python pickles.
 
-A pickle may name any function to be called. Here it may name seven, none of which does anything but hold numbers;
-a pickle that names another is refused.
+A pickle may name any function to be called. Here it may name seven, none of which does more than hold numbers; a
+pickle that names any other is refused.
 """
 
 import io
@@ -16,7 +16,7 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import RECORDING, read_bytes
 
-# Largest size of an authors' file, ten times that of other recordings; it bounds the memory used.
+# Largest accepted size of an authors' file, ten times that of other recordings; it bounds the memory used.
 _MOST_BYTES = 10 * RECORDING
 
 
@@ -33,7 +33,7 @@ class Recording(NamedTuple):
 
 
 class _Held:
-    """Substitute for any of the authors' classes: stores its arguments, and has no methods."""
+    """Substitute for any class of the authors: stores its arguments, and has no methods."""
 
     def __init__(self, *arguments: object) -> None:
         self.arguments = arguments
@@ -62,27 +62,29 @@ _ALLOWED: Mapping[tuple[str, str], Callable[..., object]] = {
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module_name: str, global_name: str) -> Any:
         if (module_name, global_name) not in _ALLOWED:
-            raise pickle.UnpicklingError(f"it names {module_name}.{global_name}, which no record is made of")
+            raise pickle.UnpicklingError(f"it names {module_name}.{global_name}, which no record contains")
         return _ALLOWED[module_name, global_name]
 
 
 def read_pickle(path: Path) -> Any:
-    """Reads a pickle that holds only records, arrays, numbers and strings.
+    """Reads a pickle that may only hold records, arrays, numbers and strings.
 
-    A file that cannot be read, or names anything else, raises a BadValueError.
+    Raises:
+        BadValueError: The file cannot be read, or names anything else.
     """
     try:
         return _Unpickler(io.BytesIO(read_bytes(path, _MOST_BYTES))).load()
     except (BadValueError, MemoryError):
         raise
-    except Exception as error:  # a damaged pickle can raise anything
-        raise BadValueError(path, "", f"is no readable record: {error}") from error
+    except Exception as error:  # because a damaged pickle can raise anything
+        raise BadValueError(path, "", f"is not a readable record: {error}") from error
 
 
 def read_recording(path: Path) -> Recording:
     """Reads the record of one tool.
 
-    A file that cannot be read, or is not such a record, raises a BadValueError.
+    Raises:
+        BadValueError: The file cannot be read, or is no such record.
     """
     rows = read_pickle(path)
     try:
@@ -92,10 +94,10 @@ def read_recording(path: Path) -> Recording:
         )
         acceleration = np.array([np.ravel(_take(row, "ft_acc")) for row in rows])
     except (AttributeError, TypeError, IndexError, ValueError) as error:
-        raise BadValueError(path, "", f"is no record of forces and torques: {error}") from error
+        raise BadValueError(path, "", f"is not a record of forces and torques: {error}") from error
     wrong = velocity.shape[1:] != (6,) or force.shape[1:] != (6,) or acceleration.shape[1:] != (6,)
     if wrong or any(pose.shape[1:] != (4, 4) for pose in poses):
-        raise BadValueError(path, "", "is no record of poses, velocities, accelerations and wrenches")
+        raise BadValueError(path, "", "is not a record of poses, velocities, accelerations and wrenches")
     (a_WS, alpha_WS), (force_W, torque_W) = np.hsplit(acceleration, 2), np.hsplit(force, 2)
     return Recording(poses[0], poses[1], velocity[:, 3:], a_WS, alpha_WS, force_W, torque_W)
 

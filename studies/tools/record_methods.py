@@ -1,8 +1,8 @@
-"""Inertial parameters from a force-torque record: by part densities, by least squares, and by the authors' method.
+"""Inertial parameters from a force-torque record: from part densities, by least squares, and by the authors' method.
 
-The sensor measures F = m (a + g) in these records, with g the acceleration of gravity: the weight of the tool and
-the force that accelerates it have the same sign. The authors simulated and read them that way; a real sensor
-measures m (a - g). All quantities are expressed in the frame S of the sensor and about its origin.
+In these records the sensor measures F = m (a + g), where g is the acceleration of gravity: the weight of the tool and
+the force that accelerates it have the same sign. The authors simulated and read them that way; a real sensor measures
+m (a - g). All quantities are expressed in the frame S of the sensor, and about its origin.
 """
 
 from dataclasses import replace
@@ -20,10 +20,10 @@ from studies.tools.record_file import Recording
 GRAVITY_W = np.array([0.0, 0.0, -9.81])
 # Accelerations below which the authors take the robot to be at rest, [m/s^2, rad/s^2].
 _AT_REST = 1.0
-# Least standard deviations of wrenches, used for records without noise, [N], [N m].
+# Least standard deviations of wrenches, which are used for records without noise, [N], [N m].
 _LEAST_FORCE_SD, _LEAST_TORQUE_SD = 1e-3, 1e-5
 _NUM_ITERATIONS = 8
-# Density with which the error of acceleration is first taken into account, [kg/m^3].
+# Density at which the effect of acceleration errors is evaluated at first, [kg/m^3].
 _FIRST_DENSITY = 3000.0
 
 
@@ -73,7 +73,7 @@ def add_noise(recording: Recording, noise: Noise, rng: np.random.Generator) -> M
 
 
 def build_regressors(measured: Measured) -> Array:
-    """Builds W with wrench = W pi at each time, shape (N, 6, 10)."""
+    """Builds the matrices W with wrench = W pi at each time, shape (N, 6, 10)."""
     return compute_wrench_regressor(np.stack([measured.a_S + measured.g_S, measured.alpha_S, measured.w_S], axis=1))
 
 
@@ -85,7 +85,7 @@ def solve_least_squares(measured: Measured) -> Array:
 
 
 class PointParts(NamedTuple):
-    """Tool as the authors describe it: points with a volume each, which belong to K parts."""
+    """Tool as the authors describe it: points, each with a volume, that belong to K parts."""
 
     p_SQ: Array  # positions of the points, shape (P, 3), [m]
     volumes: Array  # volumes of the points, shape (P,), [m^3]
@@ -104,7 +104,7 @@ class PointParts(NamedTuple):
 
 
 def solve_at_rest(measured: Measured, Phi: Array) -> Array:
-    """Solves for nonnegative part masses by least squares on samples at rest (Nadeau, Giamou and Kelly 2023).
+    """Estimates nonnegative part masses by least squares on samples at rest (Nadeau, Giamou and Kelly 2023).
 
     Phi has the parameters of each part at 1 kg/m^3, (10, K); returns inertial parameters, (10,).
     """
@@ -119,11 +119,12 @@ def solve_at_rest(measured: Measured, Phi: Array) -> Array:
 
 
 def infer_densities(measured: Measured, Phi: Array, noise: Noise, prior: Prior) -> DensityBelief:
-    """Infers the densities of a tool's materials from all samples, Phi their parameters at 1 kg/m^3, (10, M).
+    """Infers the densities of a tool's materials from all samples.
 
-    Errors of acceleration count as errors of the corresponding wrench, R = R_w + sum_k s_k^2 (B_k pi)(B_k pi)^T with
-    B_k the derivative of W by the k-th acceleration, evaluated at the estimated densities by fixed-point iteration.
-    Their expected contribution to the products of W with itself is subtracted.
+    Phi has the parameters of each material at 1 kg/m^3, (10, M). Errors of acceleration count as errors of the
+    corresponding wrench, R = R_w + sum_k s_k^2 (B_k pi)(B_k pi)^T, where B_k is the derivative of W with respect to
+    the k-th acceleration; R is evaluated at the estimated densities by fixed-point iteration. The expected
+    contribution of these errors to the products of W with itself is subtracted.
     """
     W = build_regressors(measured)
     count = len(W)
@@ -152,7 +153,7 @@ def infer_densities(measured: Measured, Phi: Array, noise: Noise, prior: Prior) 
 
 
 def _keep_positive(gram: Array) -> Array:
-    """Returns the nearest matrix without negative eigenvalues, which the subtraction of expectations may cause."""
+    """Returns the nearest matrix without negative eigenvalues, which the subtraction of expectations can cause."""
     values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
     kept: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T
     return kept

@@ -1,8 +1,9 @@
-"""Comparison with the workshop tools' authors on their own simulated force-torque records, noise and measures.
+"""Compares methods with those of the workshop tools' authors, on their simulated records, noise and measures.
 
-The error measures are the authors': of the mass as a fraction of it; of the centre of mass by the lengths of the
-bounding box, mean of three; of the rotational inertia about the sensor by that of a homogeneous box, mean of six.
-Their program rounds errors of the centre of mass down to whole per cents; here they are not rounded.
+The error measures are the authors': the error of the mass relative to the mass; of the centre of mass relative to the
+lengths of the bounding box, mean of three; of the rotational inertia about the sensor relative to that of a
+homogeneous box, mean of six. The authors' program rounds errors of the centre of mass down to whole per cents; here
+they are not rounded.
 """
 
 from collections.abc import Mapping, Sequence
@@ -34,15 +35,15 @@ from studies.tools.record_methods import (
 
 # Names of the noise levels in the authors' results.
 _STORED_NOISES = {"none": "No", "low": "Low", "moderate": "Mod", "high": "High"}
-# Largest variation of the tool's pose in the sensor frame for a tool that is rigidly held.
+# Largest variation of the tool's pose in the sensor's frame for which the tool counts as rigidly held.
 _HELD = 1e-5
 _NUM_SAMPLES = 2000
-# Seeds of independent draws of the noise.
+# Seeds of the independent draws of the noise.
 SEEDS = (0, 1, 2)
 
 
 class Errors(NamedTuple):
-    """Errors of one estimate, as fractions, and 1 if the 90 % interval of mass holds the truth (NaN without one)."""
+    """Errors of one estimate, as fractions, and 1 if the 90 % interval contains the true mass (NaN without one)."""
 
     mass: float
     com: float
@@ -57,7 +58,7 @@ class Subject(NamedTuple):
     pi: Array  # true parameters about So, expressed in S, shape (10,)
     box: Array  # lengths of the bounding box along Sx, Sy, Sz, shape (3,), [m]
     Phi: Array  # parameters of each material at 1 kg/m^3, from the drawing, shape (10, M)
-    parts: PointParts  # parts as the authors found them
+    parts: PointParts  # parts as segmented by the authors
 
 
 def load_subject(data: DataSet, name: str) -> Subject:
@@ -65,7 +66,7 @@ def load_subject(data: DataSet, name: str) -> Subject:
     recording = read_recording(data.find_simulation(name))
     X_SF = np.linalg.inv(recording.X_WS) @ recording.X_WF
     if np.abs(X_SF - X_SF[0]).max() > _HELD:
-        raise BadValueError(data.find_simulation(name), "", "moves the tool in the hand, must hold it fast")
+        raise BadValueError(data.find_simulation(name), "", "moves the tool in the hand, must hold it rigidly")
     p_FQ, volumes, part = read_parts(data.find_segmentation(name))
     box = np.abs(X_SF[0][:3, :3] @ (p_FQ.max(axis=0) - p_FQ.min(axis=0)))
     transform = build_transform_map(X_SF[0])
@@ -77,7 +78,7 @@ def load_subject(data: DataSet, name: str) -> Subject:
 def compare_methods(
     data: DataSet, name: str, prior: Prior = DEFAULT_SETTINGS.prior
 ) -> dict[str, dict[str, list[Errors]]]:
-    """Computes the errors of every method at every noise level for one tool, one for each draw of the noise."""
+    """Computes the errors of every method at every noise level for one tool, with one entry per draw of the noise."""
     subject = load_subject(data, name)
     found: dict[str, dict[str, list[Errors]]] = {}
     for noise_name, noise in NOISES.items():
@@ -105,7 +106,8 @@ def measure_errors(pi: Array, subject: Subject, covered: float = float("nan")) -
 def read_stored(data: DataSet) -> dict[str, dict[str, Errors]]:
     """Reads the errors that the authors stored, by noise and method: means over the tools, as fractions.
 
-    A file that is missing, or holds something else, raises a BadValueError.
+    Raises:
+        BadValueError: A file is missing, or contains something else.
     """
     path, rows = data.stored_results, read_pickle(data.stored_results)
     names = {name.replace(" ", "_") for name in data.tools}
@@ -121,7 +123,7 @@ def read_stored(data: DataSet) -> dict[str, dict[str, Errors]]:
             for noise, stored in _STORED_NOISES.items()
         }
     except (TypeError, IndexError, ValueError) as error:
-        raise BadValueError(path, "", f"is no table of results: {error}") from error
+        raise BadValueError(path, "", f"is not a table of results: {error}") from error
 
 
 def _average_stored(percentages: Sequence[Sequence[float]]) -> Errors:
@@ -132,7 +134,8 @@ def _average_stored(percentages: Sequence[Sequence[float]]) -> Errors:
 def read_parts(path: Path) -> tuple[Array, Array, Array]:
     """Reads a point cloud: points (P, 3), [m], their volumes, (P,), [m^3], and the indices of their parts, (P,).
 
-    A file that cannot be read, or has no such columns, raises a BadValueError.
+    Raises:
+        BadValueError: The file cannot be read, or has no such columns.
     """
     header, _, body = read_text(path, MESH).partition("end_header\n")
     names = [line.split()[-1] for line in header.splitlines() if line.startswith("property")]
@@ -143,7 +146,7 @@ def read_parts(path: Path) -> tuple[Array, Array, Array]:
         table = np.array([line.split() for line in body.splitlines() if line.strip()], dtype=float)
         x, y, z, volume, part = (table[:, names.index(name)] for name in ("x", "y", "z", "volume", "segmentation"))
     except (ValueError, IndexError) as error:
-        raise BadValueError(path, "", f"is no table of numbers: {error}") from error
+        raise BadValueError(path, "", f"is not a table of numbers: {error}") from error
     return np.column_stack([x, y, z]), volume, part
 
 

@@ -1,4 +1,4 @@
-"""Report of the study of tools: claims about masses, intervals, grips and blows, and the outcome in words."""
+"""Report of the study of tools: claims about masses, intervals, grips and blows, and the results in words."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ _WHOSE = {"own": "our own", "data set": "the data set's"}
 
 
 def describe(result: ToolsResult) -> Section:
-    """Describes what was found; without the data set, of our own tools alone."""
+    """Describes the results; without the data set, only those of our own tools."""
     has_data, ends = bool(result.scores), _describe_ends(result)
     motions = _describe_mashing(result.uncommon.motions, result.uncommon.masses)
     return Section(
@@ -40,16 +40,18 @@ def describe(result: ToolsResult) -> Section:
 
 
 def measure(result: ToolsResult) -> dict[str, Any]:
-    """Computes the numbers that claims are about; those of what was not run are left out.
+    """Computes the numbers that claims are about, except those of parts that were not run.
 
-    Returns: Numbers of metrics.json; ``blow_force_error`` and ``blow_work_error``, relative, of each blow;
-        ``has_test``; and by name of each half ``of_halves``, its errors and coverage after each number of holds.
+    Returns:
+        Numbers of metrics.json; ``blow_force_error`` and ``blow_work_error``, relative, for each blow; ``has_test``;
+        and ``of_halves``, which has the errors and coverage of each half after each number of holds, by name of the
+        half.
     """
     blows = [blow for choices in result.choices.values() for blow in choices.blows]
     halves = result.config.halves if result.scores else ()
     return {
         **list_metrics(result),
-        "records": result.records,  # with NaN where metrics.json has nothing
+        "records": result.records,  # has NaN where metrics.json has None
         "blow_force_error": [abs(blow.force / blow.force_aimed - 1.0) for blow in blows],
         "blow_work_error": [abs(blow.work / blow.work_planned - 1.0) for blow in blows],
         "of_halves": {half.value: _measure_half(result, half) for half in halves},
@@ -57,7 +59,7 @@ def measure(result: ToolsResult) -> dict[str, Any]:
 
 
 def _measure_half(result: ToolsResult, half: Half) -> dict[str, Any]:
-    """Scores by drawings and by two pictures, after each number of holds, of the tools of one half."""
+    """Scores predictions for the tools of one half from drawings and two pictures, after each number of holds."""
     drawings = [result.scores[Source.CAD, holds, half] for holds in HOLDS]
     numbers: dict[str, Any] = {
         "alde": [found.alde for found in drawings],
@@ -69,7 +71,7 @@ def _measure_half(result: ToolsResult, half: Half) -> dict[str, Any]:
         errors = [each.get(name, np.nan) for each in of_sight for name in names if name in of_sight[0]]
         seen = [result.scores[Source.TWO_VIEWS, holds, half] for holds in HOLDS]
         numbers |= {
-            "sight_error": float(np.nanmedian(np.abs(np.expm1(errors)))),  # at true densities, relative
+            "sight_error": float(np.nanmedian(np.abs(np.expm1(errors)))),  # relative, at true densities
             "sight_alde": [found.alde for found in seen],
             "sight_coverage_mass": [found.coverage_mass for found in seen],
             "sight_coverage_com": [found.coverage_com for found in seen],
@@ -78,18 +80,18 @@ def _measure_half(result: ToolsResult, half: Half) -> dict[str, Any]:
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges the claims by the numbers of ``measure``; without a half or its pictures its claims are not made."""
+    """Judges the claims from the numbers of ``measure``; omits those about halves or pictures that were not run."""
     halves = n["of_halves"]
     return [
         claim("blows_force", "ours", "Blows with real tools drive the nail as planned.",
               _check_largest("largest error of the peak force", n["blow_force_error"])),
-        claim("blows_work", "ours", "They drive it at the work that was planned.",
+        claim("blows_work", "ours", "The work of these blows is as planned.",
               _check_largest("largest error of the work", n["blow_work_error"])),
         *(_judge_meshes(n["parity"]) if halves else []),
         *(each for name, half in halves.items() for each in _judge_half(name, half)),
         *(_judge_records(n["records"]["high"]) if halves else []),
         *([claim("told_apart", "ours", "Materials are distinguished in pictures.",
-                 check("of 20 tools", n["segmented"], Unit(digits=0), at_least=18))]
+                 check("number of tools, of 20", n["segmented"], Unit(digits=0), at_least=18))]
           if Half.TEST.value in halves else []),
     ]  # fmt: skip
 
@@ -101,10 +103,10 @@ def _check_largest(name: str, errors: Sequence[float]) -> Criterion:
 def _judge_meshes(parity: Mapping[str, Any]) -> list[ClaimResult]:
     return [
         claim("meshes", "ours",
-              "Meshes give the masses, centres of mass and rotational inertias of the data set's tools.",
+              "Masses, centres of mass and rotational inertias from meshes agree with those in the data set.",
               check("largest error of the mass", parity["mass"], PERCENT_2, at_most=0.005),
-              check("of the centre of mass", parity["com_mm"], Unit("mm"), at_most=0.3),
-              check("of the rotational inertia", parity["inertia"], PERCENT_2, at_most=0.005)),
+              check("largest error of the centre of mass", parity["com_mm"], Unit("mm"), at_most=0.3),
+              check("largest error of the rotational inertia", parity["inertia"], PERCENT_2, at_most=0.005)),
     ]  # fmt: skip
 
 
@@ -112,25 +114,25 @@ def _judge_half(name: str, half: Mapping[str, Any]) -> list[ClaimResult]:
     tools = "tools left out of the learning half" if name == Half.LEARNING.value else "tools of the test half"
     claims = [
         claim(f"{name}_masses", "ours",
-              f"Masses of {tools} are known by drawings, after one hold of each learning tool and after five.",
-              check("mean absolute error of their logarithm, one hold", half["alde"][0], THREE, at_most=0.14),
-              check("five holds", half["alde"][1], THREE, at_most=0.09)),
-        claim(f"{name}_intervals", "ours", f"Intervals of the masses of {tools} are as wide as they should be.",
-              check("coverage of 90 % intervals, one hold and five",
+              f"Masses of {tools} are predicted from drawings, after one hold of each learning tool and after five.",
+              check("mean absolute error of their logarithm after one hold", half["alde"][0], THREE, at_most=0.14),
+              check("after five holds", half["alde"][1], THREE, at_most=0.09)),
+        claim(f"{name}_intervals", "ours", f"Intervals of the masses of {tools} have the stated coverage.",
+              check("coverage of 90 % intervals after one hold and after five",
                     half["coverage_mass"], PERCENT, at_least=0.83, at_most=0.97)),
     ]  # fmt: skip
     if "sight_error" in half:
         claims += [
             claim(f"{name}_volumes", "ours", f"Two pictures show the volumes of {tools}.",
                   check("median error of the mass at true densities", half["sight_error"], PERCENT, at_most=0.05)),
-            claim(f"{name}_sight", "ours", f"Masses of {tools} are known by sight.",
-                  check("mean absolute error of their logarithm, one hold and five",
+            claim(f"{name}_sight", "ours", f"Masses of {tools} are predicted from pictures.",
+                  check("mean absolute error of their logarithm after one hold and after five",
                         half["sight_alde"], THREE, at_most=0.18)),
             claim(f"{name}_sight_intervals", "ours",
-                  f"Intervals by sight hold masses and centres of mass of {tools}.",
-                  check("coverage of 90 % intervals of the mass, one hold and five",
+                  f"Intervals from pictures contain masses and centres of mass of {tools}.",
+                  check("coverage of 90 % intervals of the mass after one hold and after five",
                         half["sight_coverage_mass"], PERCENT, at_least=0.85),
-                  check("of the centre of mass", half["sight_coverage_com"], PERCENT, at_least=0.85)),
+                  check("coverage for the centre of mass", half["sight_coverage_com"], PERCENT, at_least=0.85)),
         ]  # fmt: skip
     return claims
 
@@ -139,30 +141,30 @@ def _judge_records(high: Mapping[str, Mapping[str, float]]) -> list[ClaimResult]
     ours, theirs = high["ours"], high["hps_stored"]
     return [
         claim("records", "ours",
-              "The data set's force-torque records give mass, centre of mass and inertia at the highest noise.",
+              "At the highest noise, mass, centre of mass and inertia are identified from the data set's records.",
               check("mean error of the mass", ours["mass"], FOUR, at_most=0.007),
-              check("of the centre of mass", ours["com"], FOUR, at_most=0.0015),
-              check("of the inertia", ours["inertia"], FOUR, at_most=0.01)),
+              check("mean error of the centre of mass", ours["com"], FOUR, at_most=0.0015),
+              check("mean error of the inertia", ours["inertia"], FOUR, at_most=0.01)),
         claim("records_peers", "ours",
               "Errors of the mass at the highest noise are no larger than those of the data set's authors.",
-              check("mean error over theirs", ours["mass"] / theirs["mass"], at_most=1)),
+              check("mean error divided by theirs", ours["mass"] / theirs["mass"], at_most=1)),
     ]  # fmt: skip
 
 
 def _list_figures(*, has_data: bool) -> list[ReportFigure]:
     captions = {
         "grips": (
-            "Which end of which hammer: the grip of least expected work, which is chosen, by geometry and belief,"
-            " with the probability that it is its tool's best. A tick: it is the one that is best at true"
+            "Which end of which hammer: the chosen grip, which has the least expected work, by geometry and belief,"
+            " with the probability that it is the best of its tool. A tick means that it is the best one at true"
             " densities."
         ),
-        "uncommon": "The paper's figure 1 with two objects of ours: as seen, and what was predicted and found.",
-        "holding": "The arm with each hammer in the grip that is right for driving a nail.",
-        "seen": "From pictures to solids: the object in one picture, what was made of its colours, and the columns.",
+        "uncommon": "The paper's figure 1 with two objects of ours: pictures, predictions, and simulated results.",
+        "holding": "The arm with each hammer, in the correct grip for driving a nail.",
+        "seen": "From pictures to solids: the object in one picture, the colours detected in it, and the columns.",
     }
     if has_data:
         captions |= {
-            "first_touch": "Mass before first touch against the true one, with 90 % intervals, one observer.",
+            "first_touch": "Mass predicted before first touch against true mass, with 90 % intervals, one observer.",
             "measures": "Mean absolute error of the logarithm of mass, by geometry and number of holds.",
             "records": "Errors on the data set's own force-torque records, by noise and method.",
         }
@@ -175,11 +177,11 @@ def _describe_data(result: ToolsResult) -> str:
     unsure = sum(len(outcome.unsure) for outcome in result.made_out.values())
     told_apart = f"Not distinguished: {', '.join(lost)}." if lost else "All were distinguished."
     return (
-        "Ten workshop tools were held, and the masses of the others predicted before they were touched;"
-        f" {result.config.observers} observers. Everything was chosen on the learning half, where those tools are"
-        f" judged that others can teach about; the test half was run once. {told_apart} In the data set's own"
-        f" paint {sum(painted)} of {len(painted)} were. {unsure} looks may be of more than one material, and are"
-        " believed to be a mixture of them."
+        "Ten workshop tools were held, and the masses of the others were predicted before they were touched, by"
+        f" {result.config.observers} observers. Every choice was made on the learning half, in which only tools whose"
+        f" materials recur in others are judged; the test half was run once. {told_apart} In the data set's own"
+        f" paint, materials of {sum(painted)} of {len(painted)} tools were distinguished. {unsure} looks may be of"
+        " more than one material; the belief about these is a mixture."
     )
 
 
@@ -227,7 +229,7 @@ def _describe_ends(result: ToolsResult) -> str:
 
 
 def _describe_mashing(motions: Sequence[CheckedMotion], masses: Sequence[CheckedMass]) -> str:
-    """Describes the choice between two kitchen tools, and what holding them says; empty without motions."""
+    """Describes the choice between two kitchen tools, and the results of holding them; empty without motions."""
     if not motions:
         return ""
     best, cheapest = motions[0], min(motions, key=lambda motion: motion.simulated)
@@ -238,12 +240,12 @@ def _describe_mashing(motions: Sequence[CheckedMotion], masses: Sequence[Checked
         for mass in masses
     )
     return (
-        "Two kitchen tools that nobody has seen, for mashing: by two pictures and what other things weighed, the"
-        f" {_name(best.object_name)} by its {_name(best.grip)} is chosen (p = {best.p_best:.2f};"
-        f" {best.p_best_before:.2f} before experience), at {best.work[1]:.1f} J predicted and {best.simulated:.1f}"
-        f" J simulated; the cheapest one when simulated is {name_object(_name(cheapest.object_name))} by its"
-        f" {_name(cheapest.grip)} ({cheapest.simulated:.1f} J). In the hand: {held}. What is hollow looks solid"
-        " from both sides; only holding it tells."
+        "Two kitchen tools that nobody has seen are used for mashing: from two pictures and experience with other"
+        f" objects, the {_name(best.object_name)} by its {_name(best.grip)} is chosen (p = {best.p_best:.2f};"
+        f" {best.p_best_before:.2f} before experience), with {best.work[1]:.1f} J predicted and {best.simulated:.1f}"
+        f" J simulated; the option cheapest in simulation is {name_object(_name(cheapest.object_name))} by its"
+        f" {_name(cheapest.grip)} ({cheapest.simulated:.1f} J). In the hand: {held}. Hollow parts look solid from"
+        " both sides, so only holding them reveals their mass."
     )
 
 

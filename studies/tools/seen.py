@@ -1,8 +1,8 @@
-"""Geometry and materials of a tool as they are seen before it is touched.
+"""Geometry and materials of a tool as seen before it is touched.
 
-A tool's materials are recognised if it is detected at all, and at least four fifths of its pixels lie in areas that
-show mostly the material they show, by the renderer's label of every pixel: as many as in the least pure area that the
-segmentation for ellipsoids accepts.
+The materials of a tool count as recognised if the tool is detected, and if at least four fifths of its pixels lie in
+areas that mostly show the same material as the pixel itself, by the renderer's labels. Four fifths is the purity of
+the least pure area that the segmentation for ellipsoids accepts.
 """
 
 import enum
@@ -41,24 +41,24 @@ class Source(enum.Enum):
     ELLIPSOID = "ellipsoid"
 
 
-# Errors over the ten learning tools at their true densities; two views are as wrong as the six of observers.
+# Errors over the ten learning tools at their true densities; two views are as accurate as the six of observers.
 ERRORS: Mapping[Source, SolidError] = {
     Source.TWO_VIEWS: ERROR,
     Source.ONE_VIEW: SolidError(bias=0.36, log_volume_sd=0.36, place_sd=0.056),
     Source.ELLIPSOID: SolidError(bias=1.11, log_volume_sd=0.83, place_sd=0.05),
 }
 
-# Percentile of the surface's height that stands for the object's height, for some of the object may protrude, [%].
+# Percentile of the surface's height that counts as the object's height, because a small part may protrude, [%].
 _HEIGHT_PERCENTILE = 75.0
 MIN_PURITY = 0.8
-# Least probability of a material that is listed as a candidate for an appearance.
+# Least probability for which a material is listed as a candidate for an appearance.
 _WORTH_NAMING = 0.05
 
 
 def measure_all(
     tool: Tool, stand: CameraSensor, rng: np.random.Generator, sources: Sequence[Source]
 ) -> dict[Source, tuple[ComponentFeatures, ...]]:
-    """Measures a tool, held in its only grip, by each source; all sources of sight share the same pictures.
+    """Measures a tool, held in its only grip, from each source; all sources that see share the same pictures.
 
     Raises:
         SeeingError: The features cannot be extracted from the pictures.
@@ -75,9 +75,10 @@ def measure_all(
 def measure_form(
     photographs: Sequence[Photograph], stand: CameraSensor, source: Source, X_TP: Array
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures the form of a tool that was presented at X_TP, (4, 4), by a source of sight.
+    """Measures the form of a tool that was presented at X_TP, (4, 4), from a source that sees.
 
-    Columns stand between both sides, or behind one; with an ellipsoid per look these are of its moments.
+    Columns are built between two views or behind one; a source of ellipsoids replaces each solid with the ellipsoid
+    of the same moments.
     """
     error, is_mirrored = ERRORS[source], source is not Source.TWO_VIEWS
     seen = detect_tool(photographs[:1] if is_mirrored else photographs, stand.rig, stand.noise)
@@ -95,9 +96,9 @@ def measure_form(
 def build_mirrored_columns(above: View, stand_height: float) -> dict[int, ColumnSolid]:
     """Builds the solid of each look behind one view, as if the far side were the mirror image of the near one.
 
-    The near side is mirrored at half of the object's height. Nothing is below the stand, whose top is at
-    stand_height along Pz, [m], and every column reaches at least half of the way down to it: low parts lie on the
-    stand, high parts may be supported by others.
+    The near side is mirrored at half of the object's height. Nothing is below the stand, whose top is at stand_height
+    along Pz, [m], and every column reaches at least half of the way down to it: low parts rest on the stand, and high
+    parts may rest on others.
     """
     x, y, (sheet,) = find_sheets([above])
     top = spread_nearest(sheet.height, sheet.there)
@@ -111,8 +112,8 @@ def build_mirrored_columns(above: View, stand_height: float) -> dict[int, Column
 def find_equal_ellipsoid(solid: ColumnSolid, p_PEo: Array) -> tuple[Ellipsoid, Array]:
     """Finds the ellipsoid with the second moments of a solid about its centroid p_PEo, and its pose X_PE, (4, 4).
 
-    The second moments of a solid ellipsoid are m a^2 / 5. Its volume is not that of the solid: this is the error of
-    an observer who assumes ellipsoids. Axes of the solid are along those of P.
+    The second moments of a solid ellipsoid are m a^2 / 5. Its volume differs from that of the solid, which is the
+    error of an observer that assumes ellipsoids. Axes of the solid are along those of P.
     """
     J = solid.unit_pseudo_inertia()
     squares, axes = np.linalg.eigh(J[:3, :3] / J[3, 3])
@@ -124,12 +125,12 @@ def find_equal_ellipsoid(solid: ColumnSolid, p_PEo: Array) -> tuple[Ellipsoid, A
 
 
 class Outcome(NamedTuple):
-    """Result of looking at a tool."""
+    """Result of looking at a tool in pictures."""
 
-    purity: float  # fraction of its pixels that lie in areas which show mostly their own material
-    # Candidate materials of each appearance that is not identified with certainty.
+    purity: float  # fraction of the tool's pixels that lie in areas which mostly show the pixel's own material
+    # Candidate materials of each appearance that does not determine its material.
     unsure: tuple[tuple[str, ...], ...] = ()
-    problem: str = ""  # reason for which the tool was not detected; empty if it was
+    problem: str = ""  # reason why the tool was not detected; empty if it was
 
     @property
     def made_out(self) -> bool:
@@ -169,7 +170,7 @@ def examine(tool: Tool, stand: CameraSensor, materials: Mapping[str, Material], 
 
 
 def list_candidates(look: Look, materials: Mapping[str, Material]) -> tuple[str, ...]:
-    """Lists the candidate materials of an appearance, the most probable first; a single one if it is certain."""
+    """Lists the candidate materials of an appearance, the most probable first; only one if it is certain."""
     colours = [material.colour for material in materials.values()]
     probabilities = compute_colour_probabilities(look.colour, COLOUR_SD, colours, look.lightness_sd)
     names = [*materials, "one never seen"]
@@ -182,7 +183,7 @@ def list_candidates(look: Look, materials: Mapping[str, Material]) -> tuple[str,
 def paint(tool: Tool, colours: Sequence[Colour | None]) -> Tool:
     """Recolours each part of a tool; None keeps the colour of its own material.
 
-    The materials keep their names, by which areas are compared.
+    Materials keep their names, because areas are compared by these.
     """
     parts = []
     for part, colour in zip(tool.components, colours, strict=True):

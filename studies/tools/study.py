@@ -1,8 +1,8 @@
 """Study of real tools: configuration, run and results.
 
 Without the data set it ranks the grips of our own hammers, and reproduces the paper's figure 1 with two objects of
-ours. With it, it also compares meshes with the truth, predicts masses before first touch, reads the force-torque
-records, and ranks the grips of the data set's three hammers.
+ours. With the data set it also compares meshes with the truth, predicts masses before first touch, reads the
+force-torque records, and ranks the grips of the data set's three hammers.
 """
 
 import logging
@@ -39,7 +39,7 @@ _LOG = logging.getLogger(__name__)
 
 # Tools of the data set that can drive a nail.
 HAMMERS = ("Hammer", "Machinist Hammer", "Rubber Mallet")
-# Number of holds of each object before hammers and kitchen tools are ranked.
+# Number of holds of each object before the grips of hammers and kitchen tools are ranked.
 HOLDS_BEFORE_CHOICE = 2
 
 
@@ -51,7 +51,7 @@ class Choices(NamedTuple):
     blows: list[CheckedBlow]  # simulated blows, with each tool in its best grip at true densities
 
     def find_right(self, task: str, tool: str) -> str:
-        """Finds the grip of a tool that is best for a task, by its drawing and at true densities."""
+        """Returns the grip of a tool that is best for a task, from its drawing and at true densities."""
         return self.rankings[task, "drawing", TRUE].find_best_grip(tool)
 
 
@@ -68,17 +68,17 @@ class ToolsResult:
     """Results of the study; those that need the data set are empty without it."""
 
     config: ToolsConfig  # configuration of the study
-    choices: dict[str, Choices]  # choices about our "own" hammers, and about the "data set"'s
+    choices: dict[str, Choices]  # choices for our "own" hammers, and for those of the "data set"
     uncommon: Uncommon  # results for the paper's figure 1
     parity: dict[str, Deviation] = field(default_factory=dict)  # errors of inertia from meshes, by tool
-    # Scores of first touch, by geometry, holds and half.
+    # Scores of predictions before first touch, by geometry, holds and half.
     scores: dict[tuple[Source, int, Half], Score] = field(default_factory=dict)
     floors: dict[str, Score] = field(default_factory=dict)  # scores of the floors on the last half, by name
     predictions: list[Predictions] = field(default_factory=list)  # predictions of every observer
     truths: dict[str, Truth] = field(default_factory=dict)  # true mass and centre of mass, by tool
-    # Results of looking at each tool, drawn in the colours of its materials.
+    # Results of looking at each tool when it is drawn in the colours of its materials.
     made_out: dict[str, Outcome] = field(default_factory=dict)
-    # Results of looking at each tool, in the paint of the data set.
+    # Results of looking at each tool when it is painted as in the data set.
     painted: dict[str, Outcome] = field(default_factory=dict)
     # Errors on the force-torque records, by noise and method.
     records: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)

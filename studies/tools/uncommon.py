@@ -1,7 +1,7 @@
 """The paper's figure 1 in simulation: two uncommon objects are seen, ranked for mashing, moved and held.
 
-The prediction for each, from two pictures and experience with other objects, is then compared with the simulated
-motion, and with the torques measured when the arm holds the object.
+The prediction for each object, from two pictures and experience with other objects, is then compared with the
+simulated motion, and with the torques measured when the arm holds the object.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ from affordance.vision.systems import predict_object
 from studies.tools.holds import feel
 
 _NUM_SAMPLES = 4000
-# Number of samples, of which few are left where a hold contradicts the pictures.
+# Number of samples; few of them keep weight if a hold contradicts the pictures.
 _NUM_DRAWN = 200_000
 _PERCENTILES = (5.0, 50.0, 95.0)
 # Duration of the hold, [s].
@@ -44,7 +44,7 @@ class CheckedMotion(NamedTuple):
     p_best_before: float  # probability that it is the cheapest option, without experience
     p_best: float  # probability that it is the cheapest option, after experience with the same materials
     p_feasible: float  # probability that it respects the torque limits, after that experience
-    # Predicted work, 5th percentile, median and 95th, (3,), [J], over feasible samples; NaN without any.
+    # Predicted work over feasible samples, 5th percentile, median and 95th, (3,), [J]; NaN if there are none.
     work: tuple[float, ...]
     simulated: float  # work in simulation, [J]
     error: float  # largest distance of the free end from the path, [m]
@@ -57,8 +57,8 @@ class CheckedMass(NamedTuple):
     mass: float  # true mass, [kg]
     seen: tuple[float, ...]  # mass predicted from pictures: 5th percentile, median and 95th, (3,), [kg]
     held: tuple[float, ...]  # mass after the hold: 5th percentile, median and 95th, (3,), [kg]
-    rise: float  # displacement of the object's centre of largest magnitude during the hold, upward positive, [m]
-    p_value: float  # P-value of the measured torques under the prediction
+    rise: float  # largest displacement of the object's centre during the hold, positive upwards, [m]
+    p_value: float  # p-value of the measured torques under the prediction
 
 
 def check_motions(
@@ -71,7 +71,8 @@ def check_motions(
 ) -> list[CheckedMotion]:
     """Ranks options by ``beliefs["before"]`` and ``beliefs["after"]``, and simulates the motion with each of them.
 
-    Returns: Options in the order in which they are chosen after experience.
+    Returns:
+        Options in the order in which they are chosen after experience.
     """
     choice = plan_choice(options, task, settings)
     before, after = (
@@ -100,7 +101,7 @@ def check_motions(
 
 
 def check_mass(tool: Tool, memory: MaterialMemory, settings: Settings, seed: int) -> CheckedMass:
-    """Predicts an object's mass from pictures, simulates a hold, and updates the prediction by the measured torques.
+    """Predicts an object's mass from pictures, simulates a hold, and updates the prediction on the measured torques.
 
     Samples of densities and of errors of vision are weighted by the likelihood of the measured torques. The object
     has one grip.
@@ -109,7 +110,7 @@ def check_mass(tool: Tool, memory: MaterialMemory, settings: Settings, seed: int
     trial_seed = (seed, *tool.name.encode())
     record = runner.run_hold(tool, memory, duration=_HOLD, seed=trial_seed)
     felt = feel(runner, tool, memory, duration=_HOLD, seed=trial_seed)
-    # The pictures that were taken before that hold.
+    # Equal seeds give the pictures that were taken before that hold.
     features = observe(tool, FeatureSource.PIXELS, settings.vision_error, np.random.default_rng([*trial_seed, 0]))
     rng = np.random.default_rng([*trial_seed, 1])
     pi = predict_object(features, memory, settings.prior).draw_parameters(rng, _NUM_DRAWN)
@@ -131,10 +132,11 @@ def check_mass(tool: Tool, memory: MaterialMemory, settings: Settings, seed: int
 def weigh(pi: Array, felt: TorqueStatistics, noise: NoiseModel) -> Array:
     """Computes the likelihood of the measured torques for S tools of parameters pi, (S, 10), up to a factor, (S,).
 
-    Noise other than a WeberNoise raises a NotImplementedError.
+    Raises:
+        NotImplementedError: The noise is not Weber noise.
     """
     if not isinstance(noise, WeberNoise):
-        raise NotImplementedError(f"no weights with {type(noise).__name__}")
+        raise NotImplementedError(f"no weights for noise of type {type(noise).__name__}")
     n = len(felt.features) // (2 + NUM_PARAMETERS)
     tau, tau_arm = felt.features[:n], felt.features[n : 2 * n]
     predicted = tau_arm + pi @ felt.features[2 * n :].reshape(n, NUM_PARAMETERS).T

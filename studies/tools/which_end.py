@@ -1,7 +1,7 @@
-"""Ranking of tools and their ends to hold: before any experience, after it, and with one density for all.
+"""Ranks tools and the ends to hold them by: before any experience, after it, and with one density for everything.
 
-Options are ranked by the expected cost of a task. Before experience, any material may have any density; after it, the
-belief is that learned from holding objects; and an observer with one density for all knows only shapes.
+Options are ranked by the expected cost of a task. Before experience, any material may have any density. After it, the
+belief is what was learned from holding objects. An observer with one density for everything only knows shapes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ NUM_SAMPLES = 4000
 def build_beliefs(
     materials: Mapping[str, Material], experience: MaterialMemory, settings: Settings
 ) -> dict[str, MaterialMemory]:
-    """Builds the memories before and after experience, with one density for all, and with all densities known.
+    """Builds the memories before and after experience, with one density for everything, and with all densities known.
 
     The one density is the mode of the prior.
     """
@@ -48,9 +48,10 @@ def rank_grips(
     seed: int,
     num_samples: int = NUM_SAMPLES,
 ) -> dict[str, Ranking]:
-    """Ranks options under each belief, also among the grips of each tool; motions are planned once.
+    """Ranks options under each belief, and also among the grips of each tool; motions are planned once.
 
-    If an option cannot be planned, an AffordanceError is raised.
+    Raises:
+        AffordanceError: An option cannot be planned.
     """
     choice = plan_choice(options, task, settings)
     return {
@@ -60,7 +61,7 @@ def rank_grips(
 
 
 def _rank_within_tools(choice: Choice, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Ranking:
-    """Ranks the options of a choice, and finds how probably each is the cheapest of its tool."""
+    """Ranks the options of a choice, and finds how probably each option is the cheapest of its tool."""
     ranking = rank_options(choice, memory, rng, num_samples)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))
     names = [option.object_name for option in choice.options]

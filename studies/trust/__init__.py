@@ -1,1 +1,1 @@
-"""Studies of the trustworthiness of results and of their cost at scale; run all of them with ``make trust``."""
+"""Studies of how far results can be trusted, and of their cost at scale; ``make trust`` runs all of them."""

@@ -1,9 +1,9 @@
-"""Invalid input, hundreds of cases: every file of models is corrupted in every way we could think of.
+"""Tests invalid input: files of models are corrupted in hundreds of ways, all that we could think of.
 
-Each case takes one file of a good folder of models and makes it invalid: a key is dropped, doubled or misspelt; a
-value has another type, is out of all bounds, or not a number; a list has another length; the text is truncated,
-empty, or not text at all. The command line must answer with status 2 and one line that names file and key, and write
-nothing. A corrupted arm may make Drake end the process: those cases run in a process of their own.
+Each case takes one file of a valid folder of models and makes it invalid: a key is removed, doubled or misspelt; a
+value has another type, is far out of bounds, or is not a number; a list has another length; the text is truncated,
+empty, or not text at all. The command line must answer with status 2 and one line that names file and key, and must
+write nothing. A corrupted arm may make Drake end the process, so those cases run in a process of their own.
 """
 
 import contextlib
@@ -33,10 +33,10 @@ from affordance.files.model_folder import MODELS
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
 
-# Number of generated cases, of which some 700 are distinct; repeated ones are not counted.
+# Number of cases that are generated. About 700 of them are distinct, and only these are counted.
 NUM_CASES = 850
-PATIENCE = 120.0  # longest time for a case in its own process, [s]
-# Files to corrupt, each with an experiment that reads it first.
+PATIENCE = 120.0  # longest time that a case in its own process may take, [s]
+# Files to corrupt, each with the experiment that reads it first.
 FILES = {
     "materials.yaml": "weight",
     "tools/weight.yaml": "weight",
@@ -48,7 +48,7 @@ FILES = {
     "nail.yaml": "hammer",
     "faults.yaml": "weight",
 }
-# Files whose keys are free names, and keys that are optional.
+# Files whose keys are free names, and keys that are optional in every file.
 NAMED = frozenset({"materials.yaml", "faults.yaml"})
 OPTIONAL = frozenset({"position", "rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
 # Keys that are optional in one file only. Joints that a start does not name keep the home posture.
@@ -60,7 +60,7 @@ OPTIONAL_IN = {
     "paths/mash.yaml": _START,
     "nail.yaml": _START,
 }
-# Values of a wrong type or out of all bounds, in place of a number, a text, a list and a mapping.
+# Replacements for a number, a text, a list and a mapping: values of a wrong type or far out of bounds.
 WRONG: dict[type, tuple[Any, ...]] = {
     float: (None, True, "heavy", [], {}, [1.0], float("nan"), float("inf"), -1e30, 1e30, 10**400),
     str: (None, False, 3, 2.5, "", "  ", [], {}, ["steel"]),
@@ -109,12 +109,12 @@ class Answer(NamedTuple):
 
 @dataclass(frozen=True)
 class Case:
-    """Corrupted file."""
+    """One file of the models, with its content corrupted."""
 
     file: str  # path in the folder of models
     content: bytes  # corrupted content
     what: str  # description of the corruption
-    # Words, one of which the refusal must contain in addition to the file; empty if there is no key to name.
+    # Keys, one of which the refusal must name in addition to the file; empty if there is no key to name.
     keys: tuple[str, ...] = ()
 
 
@@ -148,7 +148,7 @@ def answer(models: Path, case: Case) -> Answer:
 
 
 def names_the_place(case: Case, found: Answer) -> bool:
-    """Returns True if a refusal names the file and then one of the keys as an element of the path."""
+    """Returns True if a refusal names the file, and after it one of the case's keys as part of the path."""
     _, name, rest = found.err.partition(f"{Path(case.file).name}: ")
     path, *more = rest.split(": ")
     if path == "tools" and more:  # the key of one tool, by its name, or of all of them
@@ -160,7 +160,7 @@ def names_the_place(case: Case, found: Answer) -> bool:
 
 @st.composite
 def spoil(draw: st.DrawFn) -> Case:
-    """Corrupts a file of the models in one place."""
+    """Corrupts one place in one file of the models."""
     file = draw(st.sampled_from(sorted(FILES)))
     text = (MODELS / file).read_text(encoding="utf-8")
     content = yaml.safe_load(text)
@@ -180,7 +180,7 @@ def spoil(draw: st.DrawFn) -> Case:
         what = f"without {place}"
     elif way == "add":
         name = draw(st.text("abcdefghijklmnopqrstuvwxyz_", min_size=3, max_size=12).map(lambda word: f"x_{word}"))
-        # Where names are free, the keys below them are fixed.
+        # Where top-level names are free, only the keys below them can be unknown.
         old[name] = draw(st.sampled_from((1.0, "x", None)))
         key, what = name, f"{name!r} added to {place}"
     elif way == "length":
@@ -213,7 +213,7 @@ def _spoil_text(draw: st.DrawFn, file: str, text: str) -> Case:
 
 
 def _list_places(content: Any, way: str, file: str) -> Iterator[tuple[Any, ...]]:
-    """Lists places of a parsed file that can be corrupted in a way; the first part, "", is the whole content."""
+    """Lists the places in a parsed file to which a way of corruption applies; each begins with "", the whole file."""
     if way == "add":
         yield ("",)
     optional = OPTIONAL | OPTIONAL_IN.get(file, frozenset())
@@ -240,7 +240,7 @@ def _list_inner_places(
 
 
 def _find_without_observers(name: str) -> Any:
-    """Returns an experiment that plans its task, and so may refuse a file, but runs no observer."""
+    """Returns an experiment that plans its task, and so may refuse a file, but simulates no observer."""
     plans: dict[str, Callable[[Setup], object]] = {
         "reach": lambda setup: reach.plan(setup, *reach.read(setup)[1:]),
         "hammer": lambda setup: blows.plan_blows(setup, *hammer.read(setup)[1:], setup.models / hammer.NAIL),
@@ -251,11 +251,11 @@ def _find_without_observers(name: str) -> Any:
 
 
 def _do_nothing(*_: Any) -> None:
-    """Replaces the processing of accepted input."""
+    """Takes the place of whatever would run once the input is accepted."""
 
 
 def answer_for_arm(models: Path, number: int) -> Answer:
-    """Asks the command line, in another process, to run with the arm corrupted in the way with the given index."""
+    """Runs the command line in another process with one corrupted arm; ``number`` selects the corruption."""
     name, good, bad = _ARM[number]
     path, out = models / name, models.parent / "out"
     text = path.read_text(encoding="utf-8")
@@ -277,7 +277,7 @@ def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list
     """Tests the distinct generated cases, and several corrupted arms.
 
     Returns:
-        A row for each case that was not refused correctly, and the numbers of distinct cases.
+        A row for each case that was not refused correctly, and the numbers of distinct cases and correct refusals.
     """
     tried, failures = 0, []
     seen: set[tuple[str, bytes]] = set()

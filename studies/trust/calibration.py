@@ -1,9 +1,10 @@
-"""Simulation-based calibration of an observer's posterior: its position and its width.
+"""Simulation-based calibration of an observer's posterior, in position and in width.
 
-Mean densities of two materials are drawn from the prior, restricted to positive values, and the object's own from
-those. The object is held in Drake, or measured at rest, by an observer without experience, and the rank of the truth
-among samples of the posterior is recorded. If everything between the draw and the posterior is right, ranks are
-uniform (Talts et al. 2018, arXiv:1804.06788) and intervals have their nominal coverage.
+Mean densities of two materials are drawn from the prior, restricted to positive values, and the object's own
+densities are drawn around those means. An observer without experience holds the object in Drake, or measures it at
+rest, and the rank of the true densities among samples of the posterior is recorded. If everything between the draw
+and the posterior is right, ranks are uniform (Talts et al. 2018, arXiv:1804.06788) and intervals have their nominal
+coverage.
 """
 
 import functools
@@ -37,12 +38,12 @@ from studies.random_streams import StudyStream
 from studies.study import run_kept
 from studies.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
 
-# One hundredth of the torque limit of the strongest joint, the accuracy quoted for torque sensors of robots, [N m].
+# One hundredth of the strongest joint's torque limit, which is the accuracy quoted for robots' torque sensors, [N m].
 WHITE = WhiteNoise(0.7)
-# Names of the calibrations, in metrics.json and above their histograms.
+# Names of the calibrations in metrics.json and above their histograms.
 WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"
 AT_REST, CONSTANT = "Weber, felt at rest", "constant errors, felt at rest"
-LOOPS = (WEBER, WHITE_NOISE)  # calibrations of the whole loop; the others show the cost of approximations
+LOOPS = (WEBER, WHITE_NOISE)  # calibrations of the whole loop; the others show what approximations cost
 EXACT, IGNORING = "Weber, at rest, exact Bayes on a grid", "Weber, in Drake, positivity ignored"
 
 NUM_DRAWS = 1000
@@ -69,8 +70,8 @@ class Calibration(NamedTuple):
     """Calibration of posteriors, over N draws of M densities."""
 
     positions: Array  # cumulative probability of each truth in its posterior, from 0 to 1, (N, M)
-    p_value: float  # P-value of the chi-squared test that positions are uniform, the smallest over densities times M
-    coverage: Array  # proportion of truths in the central intervals of COVERAGES
+    p_value: float  # p-value of the chi-squared test that positions are uniform: the smallest over densities, times M
+    coverage: Array  # fraction of true densities in the central intervals of COVERAGES
 
 
 @functools.cache
@@ -86,7 +87,7 @@ def get_model(arm: Path) -> ArmModel:
 
 
 def load_stick() -> Tool:
-    """Loads the plain novel object of Simulation III: two equal parts, so that its shape carries no information."""
+    """Loads the plain novel object of Simulation III: two equal parts, so its shape carries no information."""
     return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
 
 
@@ -97,9 +98,9 @@ def build_config(noise: NoiseModel, *, moves: bool) -> CalibrationConfig:
 
 
 def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
-    """Draws mean densities of the materials and the object's own, all positive, (M,) each, [kg/m^3].
+    """Draws mean densities of the materials and the object's own densities, all positive, (M,) each, [kg/m^3].
 
-    The draw with a given number is the same for every noise model, so that these can be compared draw by draw.
+    The draw with a given number is the same for every noise model, so noise models can be compared draw by draw.
     """
     prior = config.settings.prior
     rng = np.random.default_rng([config.seed, number, StudyStream.CALIBRATION_TRUTH])
@@ -115,12 +116,14 @@ class Learned(NamedTuple):
     """Result of a trial for an observer without experience."""
 
     belief: DensityBelief  # belief about the materials
-    p_value: float  # P-value of the measurements under the prior
-    bound: Array  # Cramer-Rao bounds on the variances of the unrestricted belief, (M,), [(kg/m^3)^2]
+    p_value: float  # p-value of the measurements under the prior
+    # Cramer-Rao bounds on the variances of the belief before it is restricted to positive densities, (M,),
+    # [(kg/m^3)^2].
+    bound: Array
 
 
 def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
-    """Simulates a trial of an observer without experience, with an object of densities own, (M,), [kg/m^3]."""
+    """Simulates one trial of an observer without experience; the object has the densities ``own``, (M,), [kg/m^3]."""
     settings = config.settings
     noise, prior = settings.noise, settings.prior
     colours = [part.looks_like.colour for part in config.tool.components]
@@ -144,9 +147,10 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
     """Draws a truth, and computes its rank in the posterior.
 
     Returns:
-        ``mean`` and ``own``, the true densities; ``rank`` of the mean densities among NUM_SAMPLES samples;
-        ``sample_mean`` of these; ``centre`` and ``variance`` of the unrestricted normal distribution, and the
-        ``bound`` on that variance, (M,) each; and ``p_value``.
+        Arrays by name, (M,) each except ``p_value``: ``mean`` and ``own``, the true mean densities and the object's
+        own densities; ``rank``, the rank of the mean densities among NUM_SAMPLES samples of the posterior, and
+        ``sample_mean``, the mean of these samples; ``centre`` and ``variance`` of the normal distribution before it
+        is restricted to positive densities, and ``bound``, the bound on that variance.
     """
     mean, own = draw_truth(config, number)
     belief, p_value, bound = learn(config, own, number)
@@ -174,13 +178,13 @@ def assess(positions: Array) -> Calibration:
 
 
 def find_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Computes positions of the truths from their ranks, each at the centre of its rank, (N, M)."""
+    """Computes the positions of the true densities from their ranks, each at the centre of its rank, (N, M)."""
     positions: Array = (arrays["rank"] + 0.5) / (NUM_SAMPLES + 1)
     return positions
 
 
 def find_unrestricted_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Computes positions of the truths in normal distributions not restricted to positive densities, (N, M)."""
+    """Computes the positions of the true densities in normal distributions that allow negative densities, (N, M)."""
     return np.asarray(norm.cdf(arrays["mean"], arrays["centre"], np.sqrt(arrays["variance"])))
 
 
@@ -188,8 +192,10 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
     """Computes positions of the object's own densities in exact posteriors of measurements at rest, (draws, 2).
 
     Bayes' rule is applied by brute force, with errors evaluated at each density's own torque. The object's densities
-    are compared with the posterior of the materials' means, and deviations from these are neglected. Raises a
-    ValueError for noise other than Weber's.
+    are compared with the posterior of the materials' means; how the object deviates from these means is neglected.
+
+    Raises:
+        ValueError: The noise is not Weber noise.
     """
     noise, prior = config.settings.noise, config.settings.prior
     if not isinstance(noise, WeberNoise):
@@ -223,7 +229,8 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
 def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[str, Calibration], dict[str, Any]]:
     """Calibrates the loop with each noise model, and measures the cost of its approximations.
 
-    Returns: Calibrations by name, and the numbers of metrics.json.
+    Returns:
+        Calibrations by name, and the numbers for metrics.json.
     """
     settings = DEFAULT_SETTINGS
     arrays: dict[str, dict[str, NDArray[Any]]] = {}
@@ -246,13 +253,13 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
         error = ((arrays[name]["sample_mean"] - arrays[name]["mean"]) ** 2).mean(axis=0)
         against_error[name] = float((bounds / error).mean())
     numbers = {
-        # Over both noise models: the smaller p-value times two, and the means of the others.
+        # For both noise models together: the smaller p-value times two, and the mean of each coverage.
         "sbc_p_value": min(1.0, 2.0 * min(calibrations[name].p_value for name in LOOPS)),
         **{
             f"coverage{round(100 * coverage)}": float(np.mean([calibrations[name].coverage[i] for name in LOOPS]))
             for i, coverage in enumerate(COVERAGES)
         },
-        # The value of the noise model that is further from the target.
+        # Of the two noise models, the ratio that is further from 1.
         "efficiency_vs_cramer_rao": max((efficiency[name] for name in LOOPS), key=lambda ratio: abs(ratio - 1.0)),
         "calibration": {
             name: {"p_value": found.p_value, "coverage": found.coverage} for name, found in calibrations.items()

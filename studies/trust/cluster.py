@@ -22,8 +22,8 @@ from affordance.cli import main
 from studies.trust.kills import list_differences
 
 NUM_REPEATS = 8
-PATIENCE = 60.0  # longest time to wait for a worker to get a task, [s]
-# Longest time for processes to start on a busy machine, [s].
+PATIENCE = 60.0  # longest time to wait until a worker gets a task, [s]
+# Longest time that processes may take to start on a busy machine, [s].
 _START_PATIENCE = 120.0
 
 
@@ -38,10 +38,10 @@ class DaskCluster:
     def __init__(
         self, folder: Path, *, num_workers: int = 2, num_threads: int = 1, imports: Path | None = None
     ) -> None:
-        """Starts the cluster, and waits for all its processes; modules can be imported from a further folder.
+        """Starts the cluster, and waits for all its processes; they can also import modules from a given folder.
 
         Raises:
-            TimeoutError: A process did not start in time; those already started are ended.
+            TimeoutError: A process did not start in time; those that had started are ended.
         """
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / "scheduler.json"
@@ -59,7 +59,7 @@ class DaskCluster:
                 self.workers.append(self._start("worker", *threads, *options))
             self.address = self._wait_for_scheduler()
             self._wait_for_workers(num_workers)
-        except BaseException:  # an interruption, too, leaves nothing running
+        except BaseException:  # after an interruption, too, no process may be left running
             self.stop()
             raise
 
@@ -108,9 +108,9 @@ def run(out: Path, *arguments: str) -> int:
 
 
 def kill_while_busy(cluster: DaskCluster, victim: subprocess.Popen[bytes], has_begun: Callable[[], bool]) -> bool:
-    """Kills a worker once a run has begun and the worker has a task; returns True if it had a task.
+    """Kills a worker as soon as a run has begun and the worker has a task; returns True if it had a task.
 
-    If the run ends first, the worker gets no task and the wait ends after PATIENCE.
+    If the run ends earlier, the worker gets no task, and the wait ends after PATIENCE.
     """
     address = cluster.find_worker(victim)
     deadline = time.monotonic() + PATIENCE
@@ -126,10 +126,10 @@ def kill_while_busy(cluster: DaskCluster, victim: subprocess.Popen[bytes], has_b
 def measure() -> tuple[list[list[str]], dict[str, Any]]:
     """Runs locally and on the cluster.
 
-    A worker that had no task when it was killed proves nothing; this counts as a difference.
+    If the worker had no task when it was killed, the comparison proves nothing; this counts as a difference.
 
     Returns:
-        A row for each file that differs, and whether there are none.
+        A row for each file that differs, and whether all files are equal.
     """
     with tempfile.TemporaryDirectory() as folder:
         here, there = Path(folder) / "here", Path(folder) / "there"

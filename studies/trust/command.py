@@ -1,4 +1,4 @@
-"""``affordance study trust``: measures calibration, costs of faults, robustness of the program, and scale.
+"""``affordance study trust``: measures calibration, costs of faults, robustness of the program, and cost at scale.
 
 The numbers of each part are stored, so parts can be run one at a time.
 """
@@ -17,21 +17,21 @@ from studies.study import Findings, Study, Work, add_only, import_part, read_kep
 from studies.trust.report import describe
 
 HOW = {
-    "sbc_p_value": "chi-squared test that ranks of true densities are uniform: smallest over two noise models and "
-    "two densities, times four (Bonferroni), at most 1",
-    "coverage50": "of true densities by central 50 % intervals, mean over both noise models; likewise 80 and 90",
-    "efficiency_vs_cramer_rao": "Cramer-Rao bound over the unrestricted posterior's variance, means over draws; of "
-    "both noise models, the one further from 1",
+    "sbc_p_value": "p of the chi-squared test that ranks of true densities are uniform: the smallest over two noise "
+    "models and two densities, times four (Bonferroni), at most 1",
+    "coverage50": "share of true densities in central 50 % intervals, mean of both noise models; likewise 80, 90",
+    "efficiency_vs_cramer_rao": "Cramer-Rao bound divided by the variance of the unrestricted posterior, means over "
+    "draws; of the two noise models, the value further from 1",
     "faults": "by name; density_error is the median of |believed/true - 1| after six trials, p_correct as in reach",
-    "p_correct_by_sensing": "of reach, with settings changed, by moment",
-    "bad_inputs_refused": "of bad_inputs_tried: exit status 2, one line that names file and key (of the arm only the "
-    "file), nothing written",
-    "kills_identical": "of kills with SIGKILL, of experiments in one and two processes: files after resuming equal "
-    "those of a run left alone, byte for byte",
-    "cluster_identical": "files of a run on two Dask workers of one machine, one killed while it had a task, equal "
-    "those of a local run",
-    "soak_memory_growth_MB": "of a process, from the first twentieth of soak_trials to the last",
-    "parallel_efficiency_2": "wall time in one process over twice that in two",
+    "p_correct_by_sensing": "p_correct of reach with changed settings of sensing, by moment",
+    "bad_inputs_refused": "how many of bad_inputs_tried ended with exit status 2, one line that names file and key "
+    "(for the arm only the file), and nothing written",
+    "kills_identical": "kills (SIGKILL, of experiments in one and two processes) after which the resumed run wrote "
+    "the same files, byte for byte, as a run left alone",
+    "cluster_identical": "whether a run on two Dask workers of one machine, one of them killed while it had a task, "
+    "wrote the same files as a local run",
+    "soak_memory_growth_MB": "growth of a process from the first twentieth of soak_trials to the last",
+    "parallel_efficiency_2": "wall time in one process divided by twice the wall time in two",
 }
 # Parts of the study, and the keys that each must provide, for the report and metrics.json.
 KEYS: dict[str, tuple[str, ...]] = {
@@ -56,7 +56,7 @@ KEYS: dict[str, tuple[str, ...]] = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add_only(parser, KEYS, "parts")
-    add_jobs(parser, 2)  # as on the machine for which the claims' bounds are meant
+    add_jobs(parser, 2)  # the claims' bounds are meant for a machine with two cores
     add_out(parser)
 
 
@@ -67,17 +67,17 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def _work(parts: Mapping[str, Any], jobs: int, folder: Path) -> Iterator[Findings]:
-    """Runs the chosen parts; yields the findings if numbers of all parts exist."""
+    """Runs the chosen parts; yields the findings once there are numbers for all parts."""
     for name, run in parts.items():
         print(f"{name} ...", flush=True)
         program = compute_key("", MODELS, Path(__file__).parents[1])
         write_json(folder / f"{name}.json", {**run(folder, jobs), "program": program})
     found = {name: read_numbers(folder, name) for name in KEYS}
     if missing := [name for name, numbers in found.items() if numbers is None]:
-        print(f"No numbers yet of: {', '.join(missing)}")
+        print(f"No numbers yet for: {', '.join(missing)}")
         return
     numbers = {key: value for part in found.values() if part is not None for key, value in part.items()}
-    # Sources, models and versions on which stored parts depend.
+    # The sources, models and versions that stored parts depend on.
     numbers["program"] = {name: part["program"] for name, part in found.items() if part is not None}
     table = numbers.pop("faults_table")
     numbers["how"] = HOW
@@ -86,7 +86,7 @@ def _work(parts: Mapping[str, Any], jobs: int, folder: Path) -> Iterator[Finding
 
 
 def read_numbers(folder: Path, part: str) -> dict[str, Any] | None:
-    """Reads the results of a part; returns None if it was not run. A damaged file is quarantined."""
+    """Reads the results of a part; returns None if it has not been run. A damaged file is quarantined."""
     return read_kept(folder / f"{part}.json", (*KEYS[part], "program"))
 
 

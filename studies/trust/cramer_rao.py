@@ -1,4 +1,4 @@
-"""Cramer-Rao bound on the information of one trial about the materials' densities, along the true motion.
+"""Cramer-Rao bound on what one trial can tell about the materials' densities, along the true motion.
 
 The motion and the regressor are computed from the log of the trial, so the bound shares only the noise model and the
 geometry with the estimator.
@@ -27,7 +27,7 @@ class Felt(NamedTuple):
 
 
 def feel_at_rest(tau_arm: Array, Y: Array, num_samples: int) -> Felt:
-    """Returns the statistics of ``num_samples`` samples at rest; tau_arm and Y as in Felt."""
+    """Returns the statistics of ``num_samples`` samples at rest; tau_arm and Y are as in ``Felt``."""
     return Felt(tau_arm, Y, num_samples * Y.T @ Y)
 
 
@@ -49,8 +49,8 @@ def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: 
     """Computes bounds on the variances of M materials' mean densities, (M,), [(kg/m^3)^2].
 
     The bound is the inverse of the sum of the prior's precision and the Fisher information at the object's true
-    densities. With Weber noise the mean torque is measured once; the information has one part from the mean and one
-    from the size of the errors, which depends on the densities. With white noise every sample adds its own
+    densities. With Weber noise the mean torque is measured once; one part of the information comes from the mean and
+    another from the size of the errors, which depends on the densities. With white noise every sample adds
     information.
 
     Args:

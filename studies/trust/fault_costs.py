@@ -1,8 +1,8 @@
-"""Cost of every fault in models/faults.yaml, for beliefs and for the choices that follow from them.
+"""Cost of every fault in models/faults.yaml for beliefs and for the choices that follow from them.
 
 Observers hold the objects of Simulation II with a fault switched on, and choose a grip of the novel object as in
-Simulation III. The correct grip is that of the arm without a fault. If a fault makes trials 5-sigma outliers, it is
-run once more with observers who learn nothing from such trials.
+Simulation III. The correct grip is the one that is correct for an arm without faults. If a fault makes trials 5-sigma
+outliers, the fault is run once more with observers that learn nothing from such trials.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ from affordance.proprioception.faults import Faults, FaultsFile, load_faults
 from studies.random_streams import StudyStream
 
 NUM_OBSERVERS = 50
-# Number of densities drawn for each observer; choices by the paper's rule are averaged over them.
+# Number of densities drawn for each observer; its choices by the paper's rule are averaged over them.
 NUM_CHOICES = 200
 # Name of the run without a fault.
 NO_FAULT = "none"
@@ -40,14 +40,14 @@ HEADER = [
     "samples rejected, %",
     "5-sigma outliers, % of trials",
     "beyond a joint's range, mrad",
-    "of a velocity limit, %",
-    "of a torque limit, %",
+    "largest velocity, % of limit",
+    "largest torque, % of limit",
     "beliefs valid",
 ]
 
 
 def hold_objects(setup: Setup, held: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs an observer's trials; returns beliefs before the first trial and after each, and effects of the fault."""
+    """Runs an observer's trials; returns beliefs before the first trial and after each, and the fault's effects."""
     limits = load_arm(setup.settings.arm).limits
     _, memories, records = experience.hold(setup, held, observer)
     beyond = [np.maximum(limits.q_lower - each.q, each.q - limits.q_upper).max() for each in records]
@@ -106,7 +106,7 @@ def compute_cost(held: Sequence[Tool], choice: Choice, correct: int, data: xr.Da
 
 
 def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple[list[list[str]], dict[str, Any]]:
-    """Runs every fault; returns rows of a table, and the cost of each by name."""
+    """Runs every fault; returns the rows of a table, and the cost of each fault by its name."""
     setup = Setup(observers=observers, jobs=jobs, out=folder)
     held, (tool, *_), task = reach.read(setup)
     choices, motions = reach.plan(setup, [tool], task)

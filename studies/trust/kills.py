@@ -1,4 +1,4 @@
-"""Compares runs that are killed at random moments and resumed with an undisturbed run."""
+"""Compares runs that are killed at random moments and then resumed with an undisturbed run."""
 
 import contextlib
 import itertools
@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 
 NUM_KILLS = 20
-# Kills per run, after which the run may finish; a kill after its end is not counted.
+# Kills per run, after which the run may finish; a kill after the run's end is not counted.
 _KILLS_PER_RUN = 2
-# Keys of metrics.json with times and with the setup, whose folder and processes may differ.
+# Keys of metrics.json that may differ between runs: times, and the setup with its folder and processes.
 _OF_RUN = ("wall_s", "finished", "config")
 # Pattern of a date in the report.
 _DATE = re.compile(r"\b\d{4}-\d{2}-\d{2}\b")
-# Runs, taken in turn.
+# Runs to kill, used in turn.
 RUNS = (
     ("weight", "--repeats", "3", "--jobs", "1"),
     ("com", "--repeats", "2", "--jobs", "2"),
@@ -47,10 +47,10 @@ def kill(process: subprocess.Popen[bytes]) -> bool:
 
 
 def list_differences(one: Path, other: Path) -> list[str]:
-    """Lists the files in two folders of results that are not identical, byte for byte.
+    """Lists the files that are not identical, byte for byte, in two folders of results.
 
-    Times, dates and the setup are ignored in metrics.json and in the report. In .npz archives arrays are compared,
-    and time stamps are ignored.
+    Times, dates and the setup are ignored in metrics.json and in the report. For .npz archives the arrays are
+    compared, and time stamps are ignored.
     """
     files = {path.relative_to(folder) for folder in (one, other) for path in folder.rglob("*") if path.is_file()}
     return [str(name) for name in sorted(files) if not _are_same(one / name, other / name)]
@@ -77,8 +77,8 @@ def measure(*, kills: int = NUM_KILLS, seed: int = 0) -> tuple[list[list[str]], 
     """Kills and resumes runs, and compares their results with those of an undisturbed run.
 
     Returns:
-        A row for each run whose results differ, and numbers: the counts, and ``kill_moments``, the times of kills for
-        each experiment and its options, as fractions of the undisturbed run's duration.
+        A row for each run whose results differ, and numbers: counts, and ``kill_moments``, the times of kills for
+        each experiment with its options, as fractions of the undisturbed run's duration.
     """
     rng = np.random.default_rng(seed)
     identical, failures = 0, []
@@ -86,7 +86,7 @@ def measure(*, kills: int = NUM_KILLS, seed: int = 0) -> tuple[list[list[str]], 
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
 
         def launch(out: Path, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
-            """Starts a run, which is killed when this study ends."""
+            """Starts a run that is killed when this study ends."""
             process = start(out, arguments)
             stack.callback(kill, process)
             return process

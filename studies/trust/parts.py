@@ -1,4 +1,4 @@
-"""Parts of the study of trust, each of which measures, writes and draws in the study's folder."""
+"""Parts of the study of trust; each one measures, writes and draws in the study's folder."""
 
 import logging
 from collections.abc import Callable
@@ -11,12 +11,12 @@ from studies.trust import bad_input, calibration, cluster, fault_costs, kills, p
 
 _LOG = logging.getLogger(__name__)
 
-# Function that runs a part in the study's folder with a number of processes, and returns its numbers.
+# Function that runs a part in the study's folder with a number of processes, and returns the part's numbers.
 type Part = Callable[[Path, int], dict[str, Any]]
 
 
 def study_calibration(folder: Path, jobs: int) -> dict[str, Any]:
-    """Runs the calibration study, and draws the ranks."""
+    """Runs the calibration study, and plots the ranks."""
     found, numbers = calibration.measure(folder, jobs=jobs)
     names = [part.material.name for part in calibration.load_stick().components]
     save_figure(pictures.draw_ranks(found, names), folder, "ranks")
@@ -24,26 +24,26 @@ def study_calibration(folder: Path, jobs: int) -> dict[str, Any]:
 
 
 def study_faults(folder: Path, jobs: int) -> dict[str, Any]:
-    """Measures the cost of faults, writes their table and draws it."""
+    """Measures the cost of faults, writes their table and plots it."""
     rows, costs = fault_costs.measure(folder, jobs=jobs)
     save_figure(pictures.draw_faults(costs), folder, "faults")
     return {"faults": costs, "faults_table": format_table(fault_costs.HEADER, rows)}
 
 
 def study_sensing(folder: Path, jobs: int) -> dict[str, Any]:
-    """Measures correct choices under other errors of measurement."""
+    """Measures how often choices are correct with other errors of measurement."""
     return {"p_correct_by_sensing": sensing.measure(folder, jobs=jobs)}
 
 
 def study_soak(folder: Path, jobs: int) -> dict[str, Any]:
-    """Runs the soak test, and draws memory and time."""
+    """Runs the soak test, and plots memory and time."""
     found, numbers = soak.measure()
     save_figure(pictures.draw_soak(found, numbers["soak_trials"]), folder, "soak")
     return numbers
 
 
 def study_scaling(folder: Path, jobs: int) -> dict[str, Any]:
-    """Measures times, and draws the growth of cost."""
+    """Measures times, and plots how the cost grows."""
     curves, numbers = scaling.measure()
     save_figure(pictures.draw_scaling(curves, numbers["parallel_efficiency_2"]), folder, "scaling")
     return numbers

@@ -12,7 +12,7 @@ from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from studies.trust.calibration import COVERAGES, NUM_BINS, Calibration
 from studies.trust.soak import DURATION, NUM_BLOCKS, Soak
 
-# Probability that a bin of a calibrated rank histogram is within the band.
+# Probability that a bin of a calibrated rank histogram lies within the band.
 _BAND = 0.99
 _FONT_SIZE = 9
 
@@ -36,10 +36,10 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
         axes.set_title(f"{name}\ncorrected p = {found.p_value:.2g}; {said} % cover {covered}", fontsize=_FONT_SIZE)
         tidy(axes)
     for axes in all_axes[-1]:
-        axes.set_xlabel("place of the truth in the posterior")
+        axes.set_xlabel("rank of the true density in the posterior")
     for row in all_axes:
         row[0].set_ylabel("draws")
-    all_axes.flat[0].legend(frameon=False, fontsize=_FONT_SIZE, title=f"grey: {100 * _BAND:.0f} % of uniform ones")
+    all_axes.flat[0].legend(frameon=False, fontsize=_FONT_SIZE, title=f"grey: {100 * _BAND:.0f} % of uniform ranks")
     return figure
 
 
@@ -82,13 +82,13 @@ def draw_soak(found: Soak, trials: int) -> Figure:
 
 
 def draw_scaling(curves: Mapping[str, tuple[Sequence[int], Sequence[float]]], efficiency: float) -> Figure:
-    """Plots time against count for each curve, with a line proportional to the count."""
+    """Plots time against count for each curve, with a line of times proportional to the count."""
     figure = Figure(figsize=(12.0, 3.4))
     all_axes = figure.subplots(1, len(curves))
     for axes, (name, (counts, seconds)) in zip(all_axes, curves.items(), strict=True):
         axes.loglog(counts, seconds, "o-", color=OBJECT_COLOURS[0], label="measured")
         proportional = np.asarray(counts) * seconds[-1] / counts[-1]
-        axes.loglog(counts, proportional, ":", color="#000000", label="in proportion")
+        axes.loglog(counts, proportional, ":", color="#000000", label="proportional")
         what, of = name.split(": ", 1)
         axes.set_xticks(counts, [f"{count:,}" for count in counts])
         axes.minorticks_off()

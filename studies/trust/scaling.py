@@ -1,4 +1,4 @@
-"""Growth of the cost with processes, materials, components, samples and repeats."""
+"""Growth of the cost with the numbers of processes, materials, components, samples and repeats."""
 
 import tempfile
 import time
@@ -33,7 +33,7 @@ MATERIALS = (1, 2, 4, 8, 16)
 COMPONENTS = (1, 2, 4, 8, 16)
 SAMPLES = (100, 1_000, 10_000, 100_000)
 REPEATS = (1, 2, 4, 8)
-# Duration of the holds that are timed over components, [s].
+# Duration of the holds that are timed for several numbers of components, [s].
 _DURATION = 0.5
 
 
@@ -51,7 +51,7 @@ def build_bar(num_components: int, num_materials: int) -> Tool:
 
 
 def time_materials() -> list[float]:
-    """Measures the seconds of Bayes' rule for objects of several materials, measured at rest."""
+    """Measures the time that Bayes' rule takes, [s], for objects of several materials, measured at rest."""
     settings = DEFAULT_SETTINGS
     hold = StaticHold(load_arm(settings.arm))
     calls: dict[str, Callable[[], object]] = {}
@@ -66,7 +66,7 @@ def time_materials() -> list[float]:
 
 
 def time_components() -> list[float]:
-    """Measures the seconds of a hold with objects of several components."""
+    """Measures the time of a hold, [s], with objects of several components."""
     runner = TrialRunner(DEFAULT_SETTINGS)
     calls: dict[str, Callable[[], object]] = {
         str(number): partial(runner.run_hold, build_bar(number, 1), MaterialMemory(), duration=_DURATION, seed=(0,))
@@ -76,7 +76,7 @@ def time_components() -> list[float]:
 
 
 def time_samples() -> list[float]:
-    """Measures the seconds to rank the grips of the novel object by samples of the prior, without planning."""
+    """Measures the time to rank the novel object's grips under samples of the prior, without planning, [s]."""
     _, (tool, *_), task = reach.read(Setup())
     choice = plan_choice(list_options(tool), task, DEFAULT_SETTINGS)
     calls: dict[str, Callable[[], object]] = {str(number): partial(_rank, choice, number) for number in SAMPLES}
@@ -88,7 +88,7 @@ def _rank(choice: Choice, num_samples: int) -> None:
 
 
 def time_repeats(repeats: int, jobs: int) -> float:
-    """Measures the seconds of repeats of experiment ``weight``, with processes and Diagrams already built."""
+    """Measures the time of repeats of experiment ``weight``, once processes and Diagrams are built, [s]."""
     tools = weight.read(Setup())
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder)
@@ -99,7 +99,7 @@ def time_repeats(repeats: int, jobs: int) -> float:
 
 
 def measure(*, repeats: int = NUM_REPEATS) -> tuple[dict[str, tuple[tuple[int, ...], list[float]]], dict[str, Any]]:
-    """Measures all times; returns curves of seconds over counts by name, and the numbers of metrics.json."""
+    """Measures all times; returns curves of time against count by name, and the numbers for metrics.json."""
     one, two = time_repeats(repeats, 1), time_repeats(repeats, 2)
     curves = {
         "materials: Bayes' rule for one trial": (MATERIALS, time_materials()),

@@ -1,7 +1,7 @@
-"""Choices under other errors of measurement: how much the curve of Simulation III rests on one measurement a trial.
+"""Choices with other errors of measurement: how much Simulation III depends on one measurement per trial.
 
-The observers are those of Simulation III, with settings changed; costs, and so the correct grip, do not depend on
-these settings.
+The observers are those of Simulation III with changed settings. Costs, and therefore the correct grip, do not depend
+on these settings.
 """
 
 from collections.abc import Mapping
@@ -23,8 +23,8 @@ from affordance.experiments.observers import Setup
 from affordance.named_settings import change_settings
 from affordance.objects.tool import list_colours
 
-# Settings that differ from the default, by name of the key: structures of the errors, and Weber fractions from the
-# upper end of those that force felt by hand and arm has in the literature (studies/robustness/assumptions.yaml).
+# Settings that differ from the default, by name: structures of the errors, and Weber fractions from the upper end of
+# those in the literature for force felt by hand and arm (studies/robustness/assumptions.yaml).
 CHANGES: Mapping[str, Mapping[str, Any]] = {
     "independent_5": {"noise.independent_samples": True, "sample_period": 0.6},
     "independent_30": {"noise.independent_samples": True},
@@ -35,9 +35,10 @@ CHANGES: Mapping[str, Mapping[str, Any]] = {
 
 
 def measure(folder: Path, *, repeats: int = 200, jobs: int) -> dict[str, Any]:
-    """Simulates the observers, kept in a folder, with each change.
+    """Simulates the observers with each change, and stores them in a folder.
 
-    Returns: Proportions of correct choices about the first novel tool at every moment, by key of CHANGES.
+    Returns:
+        Fractions of correct choices for the first novel tool at every moment, by key of CHANGES.
     """
     setup = Setup(observers=repeats, jobs=jobs, out=folder)
     held, (tool, *_), task = reach.read(setup)

@@ -16,21 +16,22 @@ from affordance.simulation.trial import TrialRunner
 
 NUM_TRIALS = 10_000
 NUM_BLOCKS = 20
-# Duration of a trial, short as its remains do not depend on it, but long enough for two samples, [s].
+# Duration of a trial, [s]: short, because what a trial leaves behind does not depend on it, but long enough for two
+# samples.
 DURATION = 0.2
 
 
 class Soak(NamedTuple):
-    """Memory, [MB], and processor time per trial, [s], after each block of trials; (NUM_BLOCKS,) each."""
+    """Memory, [MB], and processor time per trial, [s], after each block of trials, (NUM_BLOCKS,) each."""
 
     memory: Array
     seconds: Array
 
 
 def measure(*, trials: int = NUM_TRIALS) -> tuple[Soak, dict[str, Any]]:
-    """Runs trials, with alternating objects and a seed each; returns measurements, and the numbers of metrics.json.
+    """Runs trials with alternating objects, each with its own seed; returns measurements and the numbers to write.
 
-    The first block fills caches: growth and drift are measured from its end.
+    The first block fills caches, so growth and drift are measured from its end.
     """
     tools = weight.read(Setup())
     runner, process = TrialRunner(DEFAULT_SETTINGS), psutil.Process()

@@ -11,7 +11,7 @@ from affordance.vision.pixels.rgbd import Picture
 
 def test_titles_of_rows_stand_over_headings_of_columns(tmp_path):
     picture = Picture(np.zeros((480, 640, 3), dtype=np.uint8), np.ones((480, 640)))
-    why = "what is nearer than the stand covers 40 pixels, must cover at least 110, and more " * 3
+    why = "the object nearer than the stand covers 40 pixels, must cover at least 110, and more " * 3
     figure = draw_camera_views([CameraView("crumb", picture, None, why), CameraView("rod", picture, None)])
     save_figure(figure, tmp_path, "failures")
     first, second = figure.subfigs

@@ -1,8 +1,8 @@
 """Camera over a stand: takes pictures of an object from one side, or from both by turning it over.
 
-Frame P is the presented object's: the frame of its first grip, or T without a grip, with axes renamed so that Pz is
-normal to the plane in which the object lies flat. In the second view it is turned over about Px. Its lowest point
-always touches the stand, and its pose is known from the hand that puts it there.
+Frame P is that of the presented object: the frame of its first grip, or T if it has no grip, with axes renamed so
+that Pz is normal to the plane in which the object lies flat. For the second view the object is turned over about Px.
+Its lowest point always touches the stand, and its pose is known because the hand puts it there.
 """
 
 import functools
@@ -20,14 +20,15 @@ from affordance.vision.pixels.rgbd import Camera, Picture
 from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, render
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
-# Twice the first Kinect's resolution at two thirds of its distance: half a millimetre per pixel. Lateral noise is in
-# pixels, so this camera's depth is sharper by the same factor.
+# Twice the first Kinect's resolution at two thirds of its distance, so that a pixel covers half a millimetre. Lateral
+# noise is constant in pixels, so it is smaller in millimetres by the same factor.
 TURNING_RIG = Rig(camera=Camera(width=1280, height=960, focal_length=1178.8), height=0.6)
 # Half a turn about Px.
 _TURN = np.diag([1.0, -1.0, -1.0, 1.0])
-# An object lies along another axis than Gz if its extent along that axis is less than this fraction.
+# Pz is the axis of the object's least extent, instead of Gz, only if that extent is below this fraction of that along
+# Gz.
 _FLATTER = 0.9
-# Rotations after which Px points up, and Py.
+# Rotations that turn Px upwards (first) and Py upwards (second).
 UPRIGHT = (np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
 
 
@@ -43,13 +44,13 @@ class CameraSensor:
     """Camera for objects on a stand; caches the noise-free picture of each appearance."""
 
     def __init__(self, rig: Rig = DEFAULT_RIG) -> None:
-        """Creates a camera for a stand; its noise is that of a common camera until ``noise`` is set."""
+        """Creates a camera for a stand; it has the noise of a common camera until ``noise`` is set."""
         self.rig = rig
         self.noise = SensorNoise()
         self._renderings: dict[tuple[object, ...], Picture] = {}
 
     def render(self, tool: Tool, rig: Rig | None = None) -> Picture:
-        """Renders a noise-free picture of an object, on this stand or another rig's."""
+        """Renders a noise-free picture of an object on this stand, or on another rig's stand if one is given."""
         rig = rig or self.rig
         key = (rig, *tool.appearance)
         if key not in self._renderings:
@@ -65,9 +66,9 @@ class CameraSensor:
         return self._take_pair(present(tool), self.rig, rng)
 
     def take_sides(self, tool: Tool, rng: np.random.Generator) -> tuple[tuple[Photograph, Photograph], ...]:
-        """Takes pictures of an object that stands upright along each axis of ``UPRIGHT``, from both ends.
+        """Takes pictures of an object standing upright along each axis of ``UPRIGHT``, from both ends of that axis.
 
-        The camera is raised by the object's height. Its poses are given in the rotated frame.
+        The camera is raised by the object's height. Its poses are given in the rotated frame Q.
         """
         pairs = []
         for R in UPRIGHT:
@@ -98,7 +99,7 @@ class CameraSensor:
 
 
 def find_presented_pose(tool: Tool) -> Array:
-    """Determines the pose X_TP, (4, 4), in which an object is presented: flat, with Pz along its least extent."""
+    """Computes the pose X_TP, (4, 4), in which an object is presented: lying flat, with Pz along its least extent."""
     X_TP = np.array(tool.grips[0].X_TG) if tool.grips else np.eye(4)
     low, high = find_box(_move(tool, np.linalg.inv(X_TP)).components)
     extents = high - low
@@ -109,7 +110,7 @@ def find_presented_pose(tool: Tool) -> Array:
 
 
 def present(tool: Tool, R: Array | None = None) -> tuple[Tool, Tool]:
-    """Returns the object in the frame P, rotated by R, (3, 3), if given, and the same object turned over."""
+    """Returns the object in frame P, first rotated by R, (3, 3), if given, and the same object turned over."""
     X = np.eye(4)
     X[:3, :3] = np.eye(3) if R is None else R
     presented = _move(tool, X @ np.linalg.inv(find_presented_pose(tool)))

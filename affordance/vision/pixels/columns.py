@@ -1,8 +1,8 @@
-"""Builds a solid of columns between an object's surfaces seen from above and, turned over, from below.
+"""Builds a solid from columns between an object's surfaces seen from above and, turned over, from below.
 
-Frame P is the presented object's, with Pz towards the camera in the first view. Both surfaces are sampled on the same
-grid of upright columns. The two ends of a column have the same look, or two looks that share the column. Open hollows
-that are visible from other sides are removed.
+Frame P is that of the presented object, with Pz towards the camera in the first view. Both surfaces are sampled on
+the same grid of vertical columns. If the two ends of a column show different looks, each look gets half of the
+column. Open hollows that are visible from other sides are removed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,11 +18,11 @@ from affordance.vision.pixels.rgbd import Camera, Labels
 from affordance.vision.pixels.segmentation import spread_nearest
 from affordance.vision.pixels.surface import Surface
 
-# Distance between columns: the pixel size of a camera of 1280 columns at 0.6 m, [m].
+# Distance between columns: the size of a pixel at 0.6 m from a camera 1280 pixels wide, [m].
 SPACING = 5e-4
 # Margin around the visible surface, [m].
 _ROOM = 5e-3
-# Steps of the search for the pixel that shows a point; it converges where the view is steeper than the surface.
+# Iterations of the search for the pixel that shows a point; it converges where the ray is steeper than the surface.
 _STEPS = 12
 # Largest distance between a point's projection and the pixel that shows it, [pixels].
 _MAX_MISS = 1.5
@@ -31,16 +31,19 @@ _GAP = 5
 _UNKNOWN = -1
 # Length of the pieces of a column that are kept or removed, [m].
 _PIECE = 1e-3
-# Nothing is removed within this distance of a surface: two pixels, because outlines and averaged depths may be off by
-# one.
+# Nothing is removed within this distance of a surface: two pixels, because outlines and averaged depths can be wrong
+# by one.
 _MARGIN = 1e-3
-# Least width of a hollow, and width up to which pits are filled first, because averaged depth at edges mixes with
-# that of the background, [m].
+# Least width of a hollow, and width below which pits are filled first, [m]. Depth averaged at an edge includes that
+# of the background, which looks like a pit.
 _WIDTH, _RIM = 0.01, 4e-3
 
 
 class View(NamedTuple):
-    """Surface, index of each pixel's look, (height, width), -1 for none, and camera with its pose X_PC, (4, 4)."""
+    """View of the object: its surface, the index of each pixel's look, and the camera with its pose X_PC, (4, 4).
+
+    Labels have the surface's shape, (height, width), and are -1 for pixels without a look.
+    """
 
     surface: Surface
     labels: Labels
@@ -49,7 +52,7 @@ class View(NamedTuple):
 
 
 class Sheet(NamedTuple):
-    """Surface sampled on the grid: mask, height, [m], and index of the look, (rows, columns) each."""
+    """Surface sampled on the grid: mask, height [m] and index of the look, each (rows, columns)."""
 
     there: Mask
     height: Array
@@ -57,16 +60,16 @@ class Sheet(NamedTuple):
 
 
 class Side(NamedTuple):
-    """Views of an object along Qz and against it, with cameras' poses in Q, and the rotation R_QP, (3, 3)."""
+    """Views along Qz and against it, with the cameras' poses in frame Q, and the rotation R_QP, (3, 3)."""
 
     R_QP: Array
     views: tuple[View, View]
 
 
 def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
-    """Builds a solid for each look, by its index, between two views from opposite sides; expressed in P."""
+    """Builds the solid of each look in P, keyed by the look's index, from two views from opposite sides."""
     x, y, sheets = find_sheets([above, below])
-    # The two views may disagree at the outline: a column that only one of them shows counts half.
+    # The two views may disagree at the outline: a column that only one of them shows has half the area.
     share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
     top, bottom = (spread_nearest(sheet.height, sheet.there) for sheet in sheets)
     labels = [spread_nearest(sheet.label, sheet.there) for sheet in sheets]
@@ -76,7 +79,8 @@ def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
 def find_sheets(views: Sequence[View]) -> tuple[Array, Array, list[Sheet]]:
     """Samples the surfaces of views along one axis on a grid.
 
-    Returns: The grid's x, (columns,), and y, (rows,), [m], and the sampled surface of each view.
+    Returns:
+        The grid's x, (columns,), and y, (rows,), [m], and the sampled surface of each view.
     """
     x, y = _lay_grid(views)
     return x, y, [_look_up(view, x, y) for view in views]
@@ -98,7 +102,7 @@ def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
 def _look_up(view: View, x: Array, y: Array) -> Sheet:
     """Finds the pixel that shows the end of each column.
 
-    A point of depth z over (x, y) is seen at pixel f (x, y) / z; the depth there gives a better z, iteratively.
+    A point at (x, y) with depth z is seen at pixel f (x, y) / z; the depth at that pixel improves z, and so on.
     """
     X_CP = np.linalg.inv(view.X_PC)
     px, py = np.meshgrid(x, y)
@@ -127,7 +131,7 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
 def collect_columns(
     x: Array, y: Array, *, share: Array, bottom: Array, top: Array, labels: Sequence[Labels]
 ) -> dict[int, ColumnSolid]:
-    """Collects columns by look; a column with two looks is halved, and its upper half gets the first."""
+    """Collects the columns of each look; if a column has two looks, the first one gets its upper half."""
     px, py = np.meshgrid(x, y)
     middle = 0.5 * (bottom + top)
     standing = (share > 0.0) & (top > bottom)
@@ -147,7 +151,7 @@ def collect_columns(
 
 
 class _Pieces(NamedTuple):
-    """Columns cut into N pieces: column index, (N,), middle, (N, 3), and lower and upper end, (N, 2)."""
+    """Columns cut into N pieces: each piece's column, (N,), middle, (N, 3), and lower and upper end, (N, 2)."""
 
     owner: NDArray[np.intp]
     middle: Array
@@ -155,7 +159,7 @@ class _Pieces(NamedTuple):
 
 
 def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int, ColumnSolid]:
-    """Removes open, wide hollows that other views show from solids in P; a solid never vanishes completely."""
+    """Removes open, wide hollows that other views show from the solids, given in P; never removes a whole solid."""
     pieces = {number: _cut(solid) for number, solid in solids.items()}
     points = np.concatenate([each.middle for each in pieces.values()])
     kept = np.ones(len(points), dtype=bool)
@@ -169,7 +173,7 @@ def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int,
 
 
 def _find_hollow(side: Side, points: Array) -> Mask:
-    """Returns which points of the solids, (N, 3) in P, are in a hollow that is open to one end of the axis."""
+    """Finds which points of the solids, (N, 3) in P, are in a hollow that is open to one end of the side's axis."""
     x, y, sheets = find_sheets(side.views)
     there = sheets[0].there | sheets[1].there
     p = side.R_QP @ points.T
@@ -182,7 +186,7 @@ def _find_hollow(side: Side, points: Array) -> Mask:
         beyond = sign * p[2] > height[rows, columns] + _MARGIN
         empty = np.zeros(there.shape, np.uint8)
         empty[rows[beyond], columns[beyond]] = 1
-        # Pieces are up to two columns apart.
+        # Neighbouring pieces are up to two grid cells apart.
         filled = cv2.morphologyEx(empty, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
         wide = cv2.morphologyEx(filled, cv2.MORPH_OPEN, _build_square(_WIDTH))
         hollow |= beyond & wide[rows, columns].astype(bool)

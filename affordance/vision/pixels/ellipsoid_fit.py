@@ -1,4 +1,4 @@
-"""Fit of an ellipsoid whose near half a camera sees, with its uncertainty.
+"""Fits an ellipsoid to its near half, which a camera sees, and estimates the fit's uncertainty.
 
 An ellipsoid is given by its centre c and its shape matrix S = R diag(a^2) R^T, for semi-axes a: the points p with
 (p - c)^T A (p - c) = 1, A = S^-1. The picture determines it in two ways. Along the ray d of a pixel its depth t is
@@ -31,22 +31,22 @@ _MAX_DEVIATION = 4.0
 _PRIOR_SIZE, _PRIOR_LOG_SD = 0.05, 0.7
 _ROUNDS = 3
 _FIRST_SD = 2e-3  # SD of a reading before the angles are known, [m]
-_LEAST_SD = 1e-5  # least SD of a reading, even of a perfect sensor: rounding, [m]
-_GRAZING = 0.05  # least cosine between ray and normal in derivatives
+_LEAST_SD = 1e-5  # least SD of a reading, even from a perfect sensor, because of rounding, [m]
+_GRAZING = 0.05  # least cosine between ray and normal that derivatives use
 _SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # scales of displacements [m], strains and the outline's shift
-_NUM_PRIORS = 4  # residuals of priors: three sizes, and the outline's shift
-# The outline's shift by the sensor's noise is known up to this: over discs of 10 to 70 pixels' radius it was
-# found to be 0.03 to 0.09 where the model predicts 0.07, and rods of 20 pixels' width come out 0.1 too wide with that
-# (docs/decisions/0015-vision-from-pixels.md), [pixels].
+_NUM_PRIORS = 4  # number of residuals from priors: three sizes, and the outline's shift
+# Standard deviation of the shift of the outline by sensor noise, [pixels]. Over discs of 10 to 70 pixels' radius the
+# shift is 0.03 to 0.09 where the model predicts 0.07, and rods 20 pixels wide are then measured 0.1 pixel too wide
+# (docs/decisions/0015-vision-from-pixels.md).
 _SHIFT_SD = 0.05
-# Places of xx, yy, zz, xy, xz, yz in a symmetric matrix.
+# Row and column of xx, yy, zz, xy, xz, yz in a symmetric matrix.
 INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-# Least ratio of the squared axes of a first ellipsoid: the thickness is at least a thousandth of the length.
+# Least ratio of the squared axes of the initial ellipsoid: the thickness is at least a thousandth of the length.
 _LEAST_RATIO = 1e-6
 
 
 class UndeterminedError(Exception):
-    """Error of a fit to measurements that determine no ellipsoid; callers with the picture raise a NoFitError."""
+    """Measurements that determine no ellipsoid; callers that have the picture raise a NoFitError instead."""
 
 
 class SeenEllipsoid(NamedTuple):
@@ -57,7 +57,7 @@ class SeenEllipsoid(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """Most probable ellipsoid, covariance of its deformations as of ``deform``, (9, 9), [m and 1], and its misfit.
+    """Most probable ellipsoid, the covariance of the numbers of ``deform``, (9, 9), and the misfit.
 
     The misfit is the mean square of the residuals in standard deviations, about 1 for an ellipsoid.
     """
@@ -68,9 +68,9 @@ class Fit(NamedTuple):
 
 
 class PartView(NamedTuple):
-    """Pixels of an ellipsoid's depth readings, (N, 2), those, (N,), [m], and points of its outline, (K, 2).
+    """What a picture shows of an ellipsoid: depth readings, (N,), [m], their pixels, (N, 2), and outline, (K, 2).
 
-    Pixels and points are given by column and row.
+    Pixels and points of the outline are given as column and row.
     """
 
     pixels: Array
@@ -79,7 +79,7 @@ class PartView(NamedTuple):
 
 
 def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
-    """Moves and deforms an ellipsoid by d, [m], and E (xx, yy, zz, xy, xz, yz), together (9,)."""
+    """Moves an ellipsoid by d, [m], and deforms it by E (xx, yy, zz, xy, xz, yz), given together as numbers, (9,)."""
     stretch = np.eye(3) + build_strain(numbers[3:9])
     return SeenEllipsoid(ellipsoid.centre + numbers[:3], stretch @ ellipsoid.shape_matrix @ stretch)
 
@@ -105,10 +105,11 @@ def express_fit(fit: Fit, X_TC: Array) -> Fit:
 
 
 class Sighting(NamedTuple):
-    """Intersections of N rays with an ellipsoid: depth of the near side, [m], points, (N, 3), [m], and normals.
+    """Intersections of N rays with an ellipsoid.
 
-    For a ray outside the outline, the point is the closest one. Normals A (p - c), (N, 3), [1/m], point outwards and
-    are not normalised. The distance of each ray inside the outline, (N,), [pixels], is a first-order approximation.
+    Depth, (N,), [m], and points, (N, 3), [m], are those of the near side; for a ray outside the outline, those of the
+    ray's point closest to the ellipsoid. Normals A (p - c), (N, 3), [1/m], point outwards and are not normalised. The
+    outline distance, (N,), [pixels], says how far each ray is inside the outline, to first order.
     """
 
     depth: Array
@@ -118,7 +119,7 @@ class Sighting(NamedTuple):
 
 
 def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Sighting:
-    """Intersects rays, (N, 3), that have z = 1, with an ellipsoid."""
+    """Intersects rays, (N, 3) with z = 1, with an ellipsoid."""
     A, c = np.linalg.inv(ellipsoid.shape_matrix), ellipsoid.centre
     Ac = A @ c
     Ad = rays @ A
@@ -132,7 +133,9 @@ def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Si
 
 
 def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Array:
-    """Differentiates F = (p - c)^T A (p - c) - 1 at points with normals g = A (p - c) by the numbers of ``deform``.
+    """Differentiates F = (p - c)^T A (p - c) - 1 with respect to the numbers of ``deform``.
+
+    Points p are given by their normals g = A (p - c).
 
     With S = (I + E) S_0 (I + E):  dF = -2 g^T dc - g^T dS g, (N, 9).
     """
@@ -142,11 +145,13 @@ def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Arr
 
 
 def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
-    """Estimates a first ellipsoid from moments of the readings, as if seen from far away.
+    """Estimates an initial ellipsoid from moments of the readings, as if seen from far away.
 
-    The covariance of a disc's points (x, y) is a quarter of the shape matrix's block; over the disc the near side is
-    the plane through the rim, linear in x and y, less c sqrt(1 - r^2), with mean 2 c / 3 and variance c^2 / 18.
-    Readings on a line raise an UndeterminedError.
+    The covariance of a disc's points (x, y) is a quarter of the shape matrix's block. Over the disc the near side is
+    the plane through the rim, linear in x and y, minus c sqrt(1 - r^2), which has mean 2 c / 3 and variance c^2 / 18.
+
+    Raises:
+        UndeterminedError: The readings lie on a line.
     """
     points = camera.compute_rays(view.pixels) * view.depth[:, None]
     mean = points.mean(axis=0)
@@ -168,15 +173,17 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
 def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
     """Fits an ellipsoid to its measurements in a picture; needs at least as many readings as fitted numbers.
 
-    Readings are weighted by the sensor's noise at the surface angles of the fit, in a few iterations. Measurements
-    that do not determine an ellipsoid raise an UndeterminedError.
+    Readings are weighted by the sensor's noise at the surface angles of the fit, which takes a few iterations.
+
+    Raises:
+        UndeterminedError: The measurements do not determine an ellipsoid.
     """
     try:
         fit = _fit_in_rounds(view, camera, noise)
     except np.linalg.LinAlgError as error:
-        raise UndeterminedError(f"what is visible of a part does not determine an ellipsoid: {error}") from error
+        raise UndeterminedError(f"the visible surface of a part does not determine an ellipsoid: {error}") from error
     if not (np.isfinite(fit.misfit) and np.isfinite(fit.covariance).all()):
-        raise UndeterminedError("what is visible of a part does not determine an ellipsoid: infinite covariance")
+        raise UndeterminedError("the visible surface of a part does not determine an ellipsoid: infinite covariance")
     return fit
 
 
@@ -192,18 +199,18 @@ def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
             problem.compute_residuals,
             np.zeros(NUM_NUMBERS + 1),
             problem.compute_jacobian,
-            method="lm",  # MINPACK, without threads, which would cost more time than they save
+            method="lm",  # MINPACK: it starts no threads, which would cost more time than they save
             x_scale=_SCALES,
             xtol=1e-6,
             ftol=1e-6,
         )
         if not found.success:
-            raise UndeterminedError(f"no ellipsoid fits a part best: {found.message}")
+            raise UndeterminedError(f"the fit of an ellipsoid to a part does not converge: {found.message}")
         ellipsoid = deform(ellipsoid, found.x[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, rays, camera.focal_length)
         angle = np.arccos(np.clip(-seen.normals[:, 2] / np.linalg.norm(seen.normals, axis=1), 0.0, 1.0))
         bounded = np.minimum(angle, _MAX_ANGLE)
-        slope = np.tan(bounded) * seen.depth / camera.focal_length  # [m] a pixel
+        slope = np.tan(bounded) * seen.depth / camera.focal_length  # [m] per pixel
         sd = np.hypot(noise.compute_axial_sd(seen.depth, bounded), noise.compute_lateral_sd(bounded) * slope)
         sd = np.maximum(sd, _LEAST_SD)
         bias = _compute_bias(ellipsoid, view.pixels, seen.depth, noise.compute_lateral_sd(bounded), camera)
@@ -233,7 +240,7 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
 class _Problem:
     """Residuals of depth, outline and priors for a deformed ellipsoid, in standard deviations.
 
-    Readings are along rays, and the rim are rays to points of the outline.
+    Depth readings are taken along ``rays``; ``rim`` has the rays to points of the outline.
     """
 
     start: SeenEllipsoid
@@ -245,18 +252,21 @@ class _Problem:
     focal_length: float
 
     def __post_init__(self) -> None:
-        """Computes the constant quantities."""
+        """Computes quantities that stay constant during the fit."""
         self.rim_shift, self.rim_sd = self.noise.outline_shift, self.noise.outline_sd
         squares, axes = np.linalg.eigh(self.start.shape_matrix)
         self.log_sizes = 0.5 * np.log(squares)
-        # To first order a size changes by u^T E u, for u along its axis.
+        # To first order a size changes by the factor 1 + u^T E u, where u is the direction of its axis.
         self.prior = np.zeros((_NUM_PRIORS, NUM_NUMBERS + 1))
         for column, (i, j) in enumerate(INDICES):
             self.prior[:3, 3 + column] = axes[i] * axes[j] * (1.0 if i == j else 2.0) / _PRIOR_LOG_SD
         self.prior[3, NUM_NUMBERS] = 1.0
 
     def compute_residuals(self, numbers: Array) -> Array:
-        """Computes residuals (N + K + 4,) at the numbers of ``deform`` and the outline's shift in its SD, (10,)."""
+        """Computes the residuals, (N + K + 4,).
+
+        The numbers, (10,), are those of ``deform`` and the outline's shift in units of its SD.
+        """
         ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self.rays, self.focal_length)
         rim = trace_rays(ellipsoid, self.rim, self.focal_length)
@@ -267,11 +277,11 @@ class _Problem:
         return np.concatenate([(seen.depth - self.depth) / self.sd, in_outline, prior])
 
     def compute_jacobian(self, numbers: Array) -> Array:
-        """Computes the residuals' derivatives, (N + K + 4, 10), to first order in the distance from the outline."""
+        """Computes the residuals' derivatives, (N + K + 4, 10), to first order in the distance to the outline."""
         ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self.rays, self.focal_length)
         facing = np.einsum("ni,ni->n", seen.normals, self.rays)
-        # On the outline depth has no derivative: a ray that just misses is treated as a grazing one.
+        # At the outline the derivative of depth is infinite, so a ray that just misses is treated as a grazing one.
         facing = np.minimum(facing, -_GRAZING * np.linalg.norm(seen.normals, axis=1))
         surface = differentiate_surface(self.start, numbers, seen.normals)
         J = np.zeros((len(self.rays) + len(self.rim) + _NUM_PRIORS, NUM_NUMBERS + 1))
@@ -282,7 +292,7 @@ class _Problem:
         return J
 
     def _differentiate_outline(self, ellipsoid: SeenEllipsoid, numbers: Array) -> Array:
-        """Differentiates the distances from the outline: the least F along a ray is -(d^T Q d) / alpha."""
+        """Differentiates the distances to the outline; the least F along a ray is -(d^T Q d) / alpha."""
         A, rays = np.linalg.inv(ellipsoid.shape_matrix), self.rim
         Ac, Ad = A @ ellipsoid.centre, rays @ A
         alpha, beta = np.einsum("ni,ni->n", Ad, rays), rays @ Ac

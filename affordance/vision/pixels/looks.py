@@ -1,9 +1,10 @@
 """Segments one or more views of an object into regions of one material, by colour.
 
-Materials of different tint are separated by tint, which does not change with shading. Within one tint, lightness
-separates materials, because grey rubber, steel and aluminium differ in nothing else. Near edges lightness depends on
-shading rather than material, so a darker or lighter area counts only if it is several pixels wide. Areas that are too
-slim or too small are assigned to their neighbours, and every object has at least one region.
+Materials of different tint are separated by tint, which does not change with shading. Within one tint, materials are
+separated by lightness, because grey rubber, steel and aluminium differ in nothing else. Near edges lightness depends
+on shading rather than material, so a darker or lighter area counts as a material of its own only if it is several
+pixels wide. Areas that are too narrow or too small are assigned to their neighbours, and every object has at least
+one region.
 """
 
 from collections.abc import Sequence
@@ -20,35 +21,35 @@ from affordance.vision.pixels.surface import Surface
 
 # Tints further apart than this belong to two materials: colours ten units apart differ visibly, [CIELAB].
 _TINT_RADIUS = 10.0
-# Lightness within one well lit face of one material varies by at most this; half of the difference between cast iron
-# and polished steel, or polished steel and aluminium, [CIELAB].
+# Largest deviation of lightness within a well-lit face of one material, [CIELAB]: half of the difference between cast
+# iron and polished steel, or between polished steel and aluminium.
 _LIGHTNESS_RADIUS = 9.0
 # Bin width of the histogram in which the most frequent lightness is found, [CIELAB].
 _LIGHTNESS_BIN = 2.0
-# Widths above those of strips of mixed colours between two materials, and of shaded edges, [pixels].
+# Widths below which a strip is a mixture of colours between two materials, and an area a shaded edge, [pixels].
 _STRIP, _EDGE = 5, 9
-# Least number of pixels of a region before it grows, and least share of a tint in all pixels.
+# Least number of pixels of a region before it grows, and least fraction of all pixels for a tint.
 _MIN_SEED, _MIN_SHARE = 60, 0.004
 _MIN_LIT_SEED = 100
-# Distance from the outline at which pixels show nothing of the stand, [pixels].
+# Distance from the outline beyond which pixels show nothing of the stand, [pixels].
 _CORE = 3.0
-# Standard deviations of a colour measured over a region, in addition to the spread within it, [CIELAB]: in any
-# direction, and of its lightness, by the slope of the surface (docs/decisions/0015-vision-from-pixels.md).
+# Errors of a colour measured over a region, in addition to the spread within it, as standard deviations, [CIELAB]: in
+# any direction, and of lightness because of the slope of the surface (docs/decisions/0015-vision-from-pixels.md).
 COLOUR_SD, LIGHTNESS_SD = 0.7, 3.0
-# Standard deviation of a normal distribution per distance between its quartiles.
+# Ratio of a normal distribution's standard deviation to the distance between its quartiles.
 _PER_QUARTILES = 1.0 / 1.349
 _UNKNOWN = -1
 
 
 class Look(NamedTuple):
-    """Colour of a part in full light, in [0, 1], and the standard deviation of its brightness, [CIELAB]."""
+    """Colour of a part in full light, in [0, 1], and the standard deviation of its lightness, [CIELAB]."""
 
     colour: Colour
     lightness_sd: float
 
 
 class Looks(NamedTuple):
-    """Looks of an object, and the index of each pixel's look, -1 for none, (height, width) for each view."""
+    """Looks of an object, and the index of each pixel's look in each view, (height, width), -1 for no look."""
 
     looks: tuple[Look, ...]
     labels: tuple[Labels, ...]
@@ -86,7 +87,7 @@ def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
 
 
 def _find_modes(tints: Array) -> list[Array]:
-    """Finds the frequent tints, (2,) each, of pixels, (N, 2); at least one."""
+    """Finds the most frequent tints, (2,) each, among those of pixels, (N, 2); returns at least one."""
     left = np.ones(len(tints), dtype=bool)
     modes: list[Array] = []
     while left.sum() >= max(_MIN_SEED, _MIN_SHARE * len(tints)) or not modes:
@@ -100,7 +101,7 @@ def _find_modes(tints: Array) -> list[Array]:
 
 
 def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> list[Labels]:
-    """Labels the lightness of each pixel of one tint, in each view, from 0; valid within the regions only."""
+    """Labels pixels of one tint by lightness, from 0, in each view; labels are valid within the regions only."""
     lightness = [convert_to_lab(surface.colour)[..., 0] for surface in surfaces]
     lit = [surface.lit & region for surface, region in zip(surfaces, regions, strict=True)]
     pool = np.concatenate([values[mask] for values, mask in zip(lightness, lit, strict=True)])
@@ -134,7 +135,7 @@ def _find_core(surface: Surface) -> Mask:
 
 
 def _open(mask: Mask, side: int, least: int) -> Mask:
-    """Returns the pieces of a mask that are as wide as a disc and have at least ``least`` pixels."""
+    """Returns the pieces of a mask that are at least as wide as a disc and have at least ``least`` pixels."""
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     return keep_large(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), least)[0]
 

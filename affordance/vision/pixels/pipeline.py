@@ -27,16 +27,17 @@ from affordance.vision.pixels.segmentation import Segmentation, find_window, seg
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 # Standard deviation of a measured colour in each direction of CIELAB. Colours of the objects of `run_experiments.py
-# vision` have a median error of 0.3 (colour_error_median), those of slender parts, with less certain normals, 1.2.
+# vision` have a median error of 0.3 (colour_error_median); for slender parts, whose normals are less certain, it is
+# 1.2.
 COLOUR_SD = 0.7
-# Largest mean square of the residuals of one ellipsoid: over thousands of readings it is 1.0 to 1.2.
+# Largest mean square of the residuals that one ellipsoid may have: over thousands of readings it is 1.0 to 1.2.
 MAX_MISFIT = 1.5
 # Least visible fraction of a part: with less than a half its far end would have to be guessed.
 MIN_SHOWN = 0.5
-# Number of readings above which a part's fit uses every second, or third: more would only make it slower, for from
-# about a thousand on the outline determines its accuracy.
+# Number of readings above which a part's fit uses only every second or third. More readings would only cost time:
+# from about a thousand on, the outline determines the accuracy.
 MAX_READINGS = 3000
-# Distance from another part within which an outline may belong to that part, [pixels].
+# Distance from another part within which an outline may be that part's, [pixels].
 _BORDER = 3
 
 
@@ -48,7 +49,7 @@ class Detection(NamedTuple):
     colours: tuple[Colour, ...]
 
     def compute_features(self, X_TC: Array) -> tuple[ComponentFeatures, ...]:
-        """Computes the features in the frame T of the held object, from the camera's pose X_TC in it, (4, 4)."""
+        """Computes the features in the frame T of the held object, in which the camera has the pose X_TC, (4, 4)."""
         return tuple(describe_part(fit, colour, X_TC) for fit, colour in zip(self.fits, self.colours, strict=True))
 
 
@@ -57,15 +58,15 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
 
     Raises:
         SeeingError: Parts cannot be detected (see ``segment``), a part is hidden by another (HiddenPartError), or a
-            visible surface is not an ellipsoid's (NoFitError).
+            visible surface is not that of an ellipsoid (NoFitError).
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []
     for number in range(segmentation.num_parts):
         view = collect_view(picture, segmentation, number)
         if len(view.depth) < NUM_NUMBERS or len(view.outline) < NUM_NUMBERS:
-            reason = f"a part gives {len(view.depth)} readings and {len(view.outline)} points of its outline"
-            raise TooSmallError(f"{reason}, must give at least {NUM_NUMBERS} of each", *picture)
+            reason = f"a part has {len(view.depth)} depth readings and {len(view.outline)} points of its outline"
+            raise TooSmallError(f"{reason}, must have at least {NUM_NUMBERS} of each", *picture)
         try:
             fit = fit_ellipsoid(view, rig.camera, noise)
         except UndeterminedError as error:
@@ -95,7 +96,7 @@ def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> P
 def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:
     """Measures the colour of a part in full light: its radiance relative to a white surface with the same normals.
 
-    Photon noise grows with the light; for it the ratio of the sums is the best estimate.
+    Photon noise grows with the light, so the ratio of the sums is the best estimate.
     """
     inner = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     inner = inner if inner.any() else mask
@@ -150,10 +151,10 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
     area = 0.5 * abs(float(x[:-1] @ y[1:] - x[1:] @ y[:-1]))
     shown = float((segmentation.labels == number).sum()) / max(area, 1.0)
     if shown < MIN_SHOWN:
-        reason = f"{100 * shown:.0f} % of a part is visible behind what is in front of it, must be at least"
+        reason = f"{100 * shown:.0f} % of a part is visible behind other parts, must be at least"
         raise HiddenPartError(f"{reason} {100 * MIN_SHOWN:.0f} %", *picture)
     if fit.misfit > MAX_MISFIT:
-        reason = f"what is seen as one part is not an ellipsoid: residuals have the mean square {fit.misfit:.2f}"
+        reason = f"one detected part is not an ellipsoid: its residuals have the mean square {fit.misfit:.2f}"
         raise NoFitError(f"{reason} in standard deviations, must be at most {MAX_MISFIT:g}", *picture)
 
 

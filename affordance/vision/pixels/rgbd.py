@@ -1,7 +1,7 @@
-"""Colour and depth pictures, the camera that takes them, and files of pictures in which detection failed.
+"""Colour and depth pictures, the camera that takes them, and files that hold pictures in which detection failed.
 
 Frame C is the camera's: Cx points right in the picture, Cy down, Cz along the view. A pixel (u, v), column and row,
-is seen along the ray ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1) from Co; depth is the
+is seen along the ray ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1) from Co. Depth is the
 coordinate along Cz, [m], not the distance along the ray. A missing reading is 0.
 """
 
@@ -56,7 +56,7 @@ class Picture(NamedTuple):
 
 
 def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
-    """Saves the picture of an error, and returns the error with the file's path.
+    """Saves the picture of an error, and returns the error with the path of the file.
 
     NAME.npz holds ``colour`` and ``depth`` unchanged; NAME.png shows them side by side, near bright and far dark.
     """

@@ -1,9 +1,9 @@
 """Setup in which an object is observed: a plain stand, lamps, and a camera above.
 
-Frames: W in the middle of the stand's top, Wz up; C the camera, high above Wo, Cx along Wx and Cy along -Wy. The
-object T lies on the stand in its given orientation, its bounding box in the middle of the picture, its lowest point
-on the top. The setup has its own Diagram because the picture is taken before the hand takes the object
-(docs/decisions/0015-vision-from-pixels.md).
+Frames: W is in the middle of the stand's top, with Wz up; C is the camera's, high above Wo, with Cx along Wx and Cy
+along -Wy. The object, with frame T, lies on the stand in its given orientation, with its bounding box in the middle
+of the picture and its lowest point on the top. The setup has its own Diagram because the picture is taken before the
+hand takes the object (docs/decisions/0015-vision-from-pixels.md).
 """
 
 from collections.abc import Sequence
@@ -34,14 +34,14 @@ _FACETS = 1.0013
 
 
 class Lamp(NamedTuple):
-    """Lamp of parallel light; its intensity is that of a white surface that faces it, relative to saturation."""
+    """Lamp of parallel light; its intensity is the radiance of a white surface facing it, relative to saturation."""
 
     direction_C: tuple[float, float, float]
     intensity: float
 
 
 def _tilt_lamp(azimuth_deg: float) -> tuple[float, float, float]:
-    """Computes the direction of the light of a lamp half-way between the camera and the horizon."""
+    """Computes the direction of the light from a lamp half-way between the camera and the horizon."""
     azimuth = np.radians(azimuth_deg)
     x, y = np.sqrt(0.5) * np.cos(azimuth), np.sqrt(0.5) * np.sin(azimuth)
     return float(x), float(y), float(np.sqrt(0.5))
@@ -65,10 +65,10 @@ class Rig:
     """Stand of a given colour with a camera at a height above its top, [m]."""
 
     camera: Camera = Camera()
-    # The picture shows 0.98 by 0.73 m, and objects less than 0.4 m high are further than 0.5 m, the least distance at
-    # which the first Kinect reads depth.
+    # The picture shows 0.98 by 0.73 m, and objects less than 0.4 m high are further away than 0.5 m, the least
+    # distance at which the first Kinect measures depth.
     height: float = 0.9
-    # A dark grey, unlike that of any bright object.
+    # Dark grey: bright objects differ from it.
     colour: Colour = (0.2, 0.2, 0.2)
 
     @property
@@ -79,7 +79,7 @@ class Rig:
         return X_WC
 
     def place(self, tool: Tool) -> Array:
-        """Computes the pose X_WT of an object as it is presented, shape (4, 4), which the arm knows."""
+        """Computes the pose X_WT, (4, 4), in which an object is presented; the arm knows this pose."""
         low, high = find_box(tool.components)
         X_WT = np.eye(4)
         X_WT[:2, 3] = -0.5 * (low + high)[:2]
@@ -87,7 +87,7 @@ class Rig:
         return X_WT
 
     def compute_camera_pose(self, tool: Tool) -> Array:
-        """Computes the pose X_TC of the camera relative to an object as it is presented, shape (4, 4)."""
+        """Computes the camera's pose X_TC, (4, 4), relative to an object as it is presented."""
         return np.linalg.inv(self.place(tool)) @ self.X_WC
 
 
@@ -95,7 +95,7 @@ DEFAULT_RIG = Rig()
 
 
 def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
-    """Builds the Diagram of an object on the stand: ``scene_graph`` and ``camera``, whose pictures it exports."""
+    """Builds the Diagram of an object on the stand: ``scene_graph`` and ``camera``, whose images are its outputs."""
     builder = DiagramBuilder()
     scene_graph = geometry.SceneGraph()
     builder.AddNamedSystem("scene_graph", scene_graph)
@@ -123,8 +123,8 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         show(make_drawn_shape(shape), X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, geometry.RenderLabel(i))
 
     camera = rig.camera
-    # Drake's renderer counts from a pixel's corner (found with a symmetric object, see its tests), this module from
-    # its centre.
+    # The origin of pixel coordinates is a pixel's corner in Drake's renderer (found with a symmetric object, see its
+    # tests) and a pixel's centre in this module.
     centre_x, centre_y = (coordinate + 0.5 for coordinate in camera.centre)
     intrinsics = CameraInfo(camera.width, camera.height, camera.focal_length, camera.focal_length, centre_x, centre_y)
     core = geometry.RenderCameraCore(_RENDERER, intrinsics, geometry.ClippingRange(0.05, 5.0), RigidTransform())
@@ -153,7 +153,7 @@ def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
 
 
 def render_images(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[Any]]:
-    """Renders the images of the given outputs of the camera."""
+    """Renders the images of the camera's output ports of the given names."""
     diagram = build_rig_diagram(tool, rig)
     context = diagram.CreateDefaultContext()
     images: list[Any] = [diagram.GetOutputPort(name).Eval(context) for name in names]

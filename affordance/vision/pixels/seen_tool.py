@@ -1,8 +1,9 @@
-"""Measures features of objects of any form from pictures: looks, and a solid with its error for each look.
+"""Measures features of objects of any form from pictures: looks, and for each look a solid with its error.
 
 A solid consists of columns between two sides, minus the hollows that four more views show. What a camera cannot see,
-a cavity or a core of another material, is part of the stated error, whose size was determined on ten tools
-(docs/decisions/0015-vision-from-pixels.md, with other ways to a solid, which the study of tools compares).
+such as a cavity or a core of another material, is included in the stated error, whose size was determined on ten
+tools (docs/decisions/0015-vision-from-pixels.md, which also lists the other reconstructions that the study of tools
+compares).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -41,7 +42,7 @@ class SolidError(NamedTuple):
     """Errors of the solids that a method reconstructs.
 
     Attributes:
-        bias: Mean of the logarithm of estimated over true volume.
+        bias: Mean of the logarithm of the ratio of estimated to true volume.
         log_volume_sd: Standard deviation of this logarithm about its mean.
         place_sd: Standard deviation of each coordinate of a part's centroid, as a fraction of its length along that
             axis.
@@ -59,21 +60,21 @@ ERROR = SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011)
 
 
 class SeenTool(NamedTuple):
-    """Looks of an object, views from one or both sides, and views along further axes."""
+    """Looks of an object, views from one side or both sides, and views along further axes."""
 
     looks: tuple[Look, ...]
     views: tuple[View, ...]
     sides: tuple[Side, ...] = ()
 
     def compute_features(self, X_TP: Array) -> tuple[ComponentFeatures, ...]:
-        """Computes the features of the parts in T, from the pose X_TP in which the object was presented, (4, 4)."""
+        """Computes the features of the parts in T, given the pose X_TP, (4, 4), in which the object was presented."""
         parts = self.centre(carve(build_columns(*self.views), self.sides), ERROR)
         return tuple(describe_solid(look, solid, build_pose(p_PEo), X_TP, ERROR) for look, solid, p_PEo in parts)
 
     def centre(
         self, solids: Mapping[int, ColumnSolid], error: SolidError
     ) -> Iterator[tuple[Look, ColumnSolid, Array]]:
-        """Yields each look's solid, corrected for bias and with Eo at its centroid, and p_PEo, (3,), [m]."""
+        """Yields each look, its solid, corrected for bias and with Eo at the centroid, and p_PEo, (3,), [m]."""
         for number, solid in solids.items():
             middle = solid.ends.mean(axis=1, keepdims=True)
             ends = middle + np.exp(-error.bias) * (solid.ends - middle)
@@ -86,9 +87,9 @@ def detect_tool(
     noise: SensorNoise,
     sides: Sequence[tuple[Photograph, Photograph]] = (),
 ) -> SeenTool:
-    """Detects an object, its looks and its form in pictures from one or two sides, and from further sides.
+    """Detects an object's looks and form in pictures from one side or two, and from further sides if given.
 
-    Errors are those of ``find_silhouette``.
+    Raises the errors of ``find_silhouette``.
     """
     surfaces = [_measure(each, rig, noise) for each in photographs]
     found = find_looks(surfaces)
@@ -114,7 +115,7 @@ def _measure_form(photograph: Photograph, rig: Rig, noise: SensorNoise) -> View:
 
 
 def observe_tool(tool: Tool, stand: CameraSensor, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Observes an object on the stand and returns the features of its parts; errors as for ``detect_tool``."""
+    """Observes an object on the stand and returns the features of its parts; raises the errors of ``detect_tool``."""
     photographs, sides = stand.take_pictures(tool, rng), stand.take_sides(tool, rng)
     seen = detect_tool(photographs, stand.rig, stand.noise, sides)
     return give_strikes(seen.compute_features(find_presented_pose(tool)), tool)
@@ -131,7 +132,7 @@ def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
 
 
 def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:
-    """Converts a solid to features in T, with errors of thickness along Pz and of position in P as deformations.
+    """Converts a solid to features in T; deformations are the errors of thickness along Pz and of position in P.
 
     Eo is at the solid's centroid; poses X_PE and X_TP have shape (4, 4).
     """
@@ -167,6 +168,6 @@ def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[Com
 
 
 def _measure_gap(shape: Shape, X_TE: Array, p_TQ: Array) -> float:
-    """Computes the distance of a point beyond a part's surface as seen from its centroid, negative inside, [m]."""
+    """Computes how far a point is outside a part's surface, seen from its centroid; negative inside, [m]."""
     p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
     return float(np.linalg.norm(p_EQ) - p_EQ @ shape.find_support(p_EQ) / np.linalg.norm(p_EQ))

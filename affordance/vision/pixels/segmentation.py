@@ -1,8 +1,8 @@
 """Segments a picture into the object and its parts.
 
-The object is everything that is nearer to the camera than the stand. Within it, regions of one tint are parts,
-regardless of shading. A region of one tint with a waist consists of several parts of the same colour. The renderer's
-labels are not used.
+The object is everything nearer to the camera than the stand. Within it, regions of one tint are parts, regardless of
+shading. A region of one tint that has a waist consists of several parts of the same colour. The renderer's labels are
+not used.
 """
 
 from typing import Any, NamedTuple
@@ -24,35 +24,35 @@ from affordance.objects.colour import compute_tints
 from affordance.vision.pixels.rgbd import Labels, Picture
 from affordance.vision.pixels.sensor_noise import STAND_ERROR, SensorNoise
 
-# Least number of pixels of a part: a fit of nine numbers needs several times as many readings inside the rim, whose
-# band is three pixels wide, as in a disc of twelve pixels' diameter.
+# Least number of pixels of a part: a fit of nine numbers needs several times as many readings inside the rim, which
+# is three pixels wide. A disc of twelve pixels' diameter has this number.
 MIN_PIXELS = 110
-# Depth nearer than the stand by this number of standard deviations is not the stand's: the error probability is one
-# pixel in 30,000, and such specks are removed.
+# A depth reading shows the object if it is nearer than the stand by this number of standard deviations. By chance one
+# pixel in 30,000 of the stand is so near; such specks are removed.
 _NUM_SDS = 4.0
-# Least fraction of the picture with depth readings.
+# Least fraction of the picture that must have depth readings.
 _MIN_READABLE = 0.5
-# Sides of the median and mean filters that denoise colours, and the reach of both from a pixel: the stand's colour
-# spreads that far into the object, [pixels].
+# Sides of the median and mean filters that denoise colours, and the reach of both together, which is how far the
+# stand's colour spreads into the object, [pixels].
 _MEDIAN_SIDE, _MEAN_SIDE, _SMOOTHING = 5, 3, 3
-# Tints further apart than this belong to two materials: colours ten units apart differ visibly. Bin width of the
-# histogram in which the most frequent tints are found, [CIELAB].
+# Distance of tints beyond which they belong to two materials (colours ten units apart differ visibly), and bin width
+# of the histogram in which the most frequent tints are found, [CIELAB].
 _TINT_RADIUS, _TINT_BIN = 10.0, 2.0
-# Brightness relative to saturation below which that radius is less than four standard deviations of the tint noise of
-# a smoothed grey (0.7 over the root of the light), and therefore grows with it.
+# Brightness relative to saturation below which the distance must grow: there it is less than four standard deviations
+# of the tint noise of a smoothed grey (0.7 divided by the root of the brightness).
 _LIT = 0.08
-# Width above that of strips of mixed colours between two parts, which are not parts, [pixels].
+# Width below which a strip is a mixture of the colours of two parts, not a part itself, [pixels].
 _STRIP = 5
-# A region has a waist if it separates at a distance from the rim above this fraction of each piece's largest
-# distance.
+# A region has a waist if it falls into pieces when a rim is removed whose width is at most this fraction of each
+# piece's largest distance from the rim.
 _WAIST = 0.7
-# Least distance from the rim at which waists are sought, [pixels], and number of distances.
+# Least width of the rim that is removed to find waists, [pixels], and number of widths that are tried.
 _LEAST_WAIST, _NUM_LEVELS = 1.5, 24
 _UNKNOWN = -1
 
 
 class Segmentation(NamedTuple):
-    """Index of the part that each pixel shows, -1 for none, (height, width), and number of parts."""
+    """Index of the part that each pixel shows, (height, width), -1 where it shows none, and number of parts."""
 
     labels: Labels
     num_parts: int
@@ -75,7 +75,7 @@ def check_picture(picture: Picture) -> None:
         raise UnusablePictureError(f"the picture has {size} pixels, must have at least {MIN_PIXELS}", *picture)
     if not np.isfinite(depth).all():
         count = int((~np.isfinite(depth)).sum())
-        raise NoDepthError(f"{count} of {depth.size} depth readings are not finite, all must be", *picture)
+        raise NoDepthError(f"{count} of {depth.size} depth readings are not finite, all must be finite", *picture)
     readable = float((depth > 0.0).mean())
     if readable < _MIN_READABLE:
         reason = f"{100 * readable:.0f} % of the picture has depth, must be at least {100 * _MIN_READABLE:.0f} %"
@@ -102,7 +102,7 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     regions = _split_by_tint(seen, smooth)
     if not regions:
         reason = f"fewer than {MIN_PIXELS // 4} connected pixels of one tint are nearer than the stand"
-        raise TooSmallError(f"{reason}, apart from its rim of {_SMOOTHING} pixels", *picture)
+        raise TooSmallError(f"{reason}, without the object's rim of {_SMOOTHING} pixels", *picture)
     for region in regions:
         for part in _split_at_waists(region):
             within[part] = num_parts
@@ -127,14 +127,14 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
         raise NothingSeenError(f"nothing is nearer than the stand, {stand_depth:g} m from the camera", *picture)
     found, largest = keep_large(mask, MIN_PIXELS)
     if not found.any():
-        reason = f"what is nearer than the stand covers {largest} pixels, must cover at least {MIN_PIXELS}"
+        reason = f"the object nearer than the stand covers {largest} pixels, must cover at least {MIN_PIXELS}"
         raise TooSmallError(reason, *picture)
     check_edge(found, picture)
     return found
 
 
 def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
-    """Returns the connected pieces of a mask with at least ``least`` pixels, and the size of the largest piece."""
+    """Returns the connected pieces of at least ``least`` pixels in a mask, and the size of the largest piece."""
     _, pieces, statistics, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     sizes = statistics[1:, cv2.CC_STAT_AREA]
     kept: Mask = np.isin(pieces, 1 + np.flatnonzero(sizes >= least))
@@ -160,7 +160,7 @@ def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]
 
 
 def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
-    """Computes the rows and columns around a non-empty mask with a margin, [pixels], clipped to the picture."""
+    """Computes the rows and columns of a non-empty mask and a margin around it, [pixels], clipped to the picture."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return (
         slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
@@ -169,9 +169,9 @@ def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
 
 
 def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
-    """Splits a mask into regions of one tint: the most frequent tint first, and well lit pixels first.
+    """Splits a mask into regions of one tint, beginning with the most frequent tint of well-lit pixels.
 
-    Returns no regions if the object is so small or slim that the stand's colour is mixed into all of it.
+    Returns no regions if the object is so small or narrow that the stand's colour is mixed into all of it.
     """
     side = 2 * _SMOOTHING + 1
     core = cv2.erode(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
@@ -196,7 +196,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
     seeds[core] = nearest + 1
     regions = []
     for number in range(1, len(modes) + 1):
-        # Strips between two parts, where colours mix, are removed.
+        # Strips between two parts are removed because colours mix there.
         one = cv2.morphologyEx(
             (seeds == number).astype(np.uint8), cv2.MORPH_OPEN, np.ones((_STRIP, _STRIP), np.uint8)
         )
@@ -206,7 +206,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
 
 
 def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
-    """Computes the mode, (2,), of points in a plane, (N, 2), such as tints, with a histogram."""
+    """Computes the mode, (2,), of points in a plane, (N, 2), such as tints, from a histogram."""
     low, high = points.min(axis=0), points.max(axis=0)
     shape = np.maximum(1, np.ceil((high - low) / bin_width)).astype(int) + 1
     index = ((points - low) / bin_width).astype(int)
@@ -236,7 +236,8 @@ def _split_at_waists(region: Mask) -> list[Mask]:
     markers = np.zeros(small.shape, dtype=np.int32)
     for number, core in enumerate(cores):
         markers[core] = number + 1
-    # The nearest core, relative to its radius: two touching ellipsoids of unequal thickness are split at their waist.
+    # Distance from a core is divided by the core's radius, so that two touching ellipsoids of unequal thickness are
+    # split at their waist.
     ways = [
         cv2.distanceTransform((markers != number + 1).astype(np.uint8), cv2.DIST_L2, 5) / distance[core].max()
         for number, core in enumerate(cores)
@@ -251,7 +252,7 @@ def _split_at_waists(region: Mask) -> list[Mask]:
 
 
 def _find_cores(distance: NDArray[Any]) -> list[Mask]:
-    """Finds the cores of a region's pieces, from the distances of its pixels from the rim."""
+    """Finds the core of each piece of a region, given the distance of each pixel from the rim."""
     best: list[Mask] = []
     for level in np.geomspace(_LEAST_WAIST, 0.9 * max(float(distance.max()), 2.0 * _LEAST_WAIST), _NUM_LEVELS):
         count, labels = cv2.connectedComponents((distance > level).astype(np.uint8), connectivity=8)

@@ -1,6 +1,6 @@
 """Noise of a common RGB-D camera.
 
-Depth noise as measured for the first Kinect by Nguyen, Izadi and Lovell (2012, Modeling Kinect sensor noise for
+Depth noise is as Nguyen, Izadi and Lovell measured for the first Kinect (2012, Modeling Kinect sensor noise for
 improved 3D reconstruction and tracking, 3DIMPVT), at depth z [m] and angle theta [rad] between surface and picture:
 
     axial SD   = 0.0012 + 0.0019 (z - 0.4)^2 + 0.0001 / sqrt(z) (theta / (pi/2 - theta))^2      [m]
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.vision.pixels.rgbd import Camera, Picture
 
-# Largest error of the stand's depth in addition to noise: rounding of a renderer or a calibration, [m].
+# Largest error of the stand's depth in addition to noise, from rounding in a renderer or from calibration, [m].
 STAND_ERROR = 1e-3
-# Angle of a surface where noise carries readings over its outline: one pixel, its lateral SD, inside the outline of a
-# disc of 30 pixels' radius, [rad].
+# Surface angle at which noise carries readings across the outline, [rad]: that of a disc of 30 pixels' radius one
+# pixel, which is the lateral SD, inside its outline.
 _RIM_ANGLE = float(np.radians(75.0))
 
 
@@ -28,9 +28,9 @@ _RIM_ANGLE = float(np.radians(75.0))
 class SensorNoise:
     """Noise of one picture (see docs/decisions/0015-vision-from-pixels.md)."""
 
-    # Factor on the standard deviations of depth, axial and lateral; 0 for a perfect sensor.
+    # Factor of the axial and lateral standard deviations of depth; 0 for a perfect sensor.
     depth_scale: float = 1.0
-    # Ratio of a saturated colour pixel, infinite for a perfect sensor; 40 counts as excellent (ISO 12232).
+    # Signal-to-noise ratio of a saturated colour pixel, infinite for a perfect sensor; 40 is excellent (ISO 12232).
     signal_to_noise: float = 40.0
     # Surface angle beyond which there is no depth reading: the largest at which Nguyen et al. could measure, [rad].
     max_angle: float = float(np.radians(80.0))
@@ -46,10 +46,10 @@ class SensorNoise:
 
     @property
     def outline_shift(self) -> float:
-        """Distance of an outline found by depth inside the true one, [pixels].
+        """Distance by which the outline in a depth picture lies inside the true one, [pixels].
 
-        Lateral noise carries the surface outwards by SD / sqrt(2 pi), and the background inwards by its own SD /
-        sqrt(2 pi); near its outline the surface is strongly inclined, the background is not.
+        Lateral noise moves the surface's edge outwards by SD / sqrt(2 pi), and the background's edge inwards by its
+        own SD / sqrt(2 pi). Near its outline the surface is strongly inclined, but the background is not.
         """
         surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
         return float((surface - behind) / np.sqrt(2.0 * np.pi))
@@ -58,8 +58,8 @@ class SensorNoise:
     def outline_sd(self) -> float:
         """Standard deviation of the position of an edge between two neighbouring pixels, [pixels].
 
-        The length of a row of pixels across the outline has a mean square error of SD / sqrt(pi), plus 1/12 by
-        rounding; an outline has 4 / pi edges per pixel of its length, so that each weighs less.
+        The length of a row of pixels across the outline has a mean square error of SD / sqrt(pi), plus 1/12 from
+        rounding. An outline has 4 / pi edges per pixel of its length, so each edge has less weight.
         """
         surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
         return float(np.sqrt((0.5 * (surface + behind) / np.sqrt(np.pi) + 1.0 / 12.0) * 4.0 / np.pi))
@@ -92,7 +92,7 @@ class SensorNoise:
 
 
 def measure_angles(depth: Array, camera: Camera) -> Array:
-    """Computes each pixel's angle between surface and picture, (height, width), [rad], from noise-free depth.
+    """Computes the angle between surface and picture at each pixel, (height, width), [rad], from noise-free depth.
 
     Along each axis the smaller of the slopes to the two neighbours is used, so a silhouette does not affect the
     surface in front or behind.

@@ -1,11 +1,11 @@
 """Measures an object's surface in a picture: silhouette, smoothed depth, and colour in full light.
 
-Depth alone misses objects that are flatter than its noise, and colour alone misses objects of the stand's colour. If
-possible, the outline is determined by colour, which is sharper than depth: halfway between the stand's colour and the
-object's.
+Depth alone misses objects that are flatter than its noise, and colour alone misses objects of the stand's colour.
+Where possible the outline is determined from colour, which is sharper than depth: it is halfway between the stand's
+colour and the object's.
 
 A surface that is inclined away from the lamps looks darker. Its slope is computed from depth averaged over a few
-millimetres. This is correct within a face but wrong at edges, where the colour is undetermined.
+millimetres. This is correct within a face but wrong at edges, where the colour in full light stays unknown.
 """
 
 from typing import NamedTuple
@@ -22,21 +22,21 @@ from affordance.vision.pixels.sensor_noise import STAND_ERROR, SensorNoise
 
 # Standard deviation of the blur that denoises colours before they are compared with the stand's, [pixels].
 _BLUR = 0.7
-# Number of standard deviations of the blurred stand's colour beyond which a colour is not the stand's: with fewer,
+# A blurred colour is not the stand's if it differs by more than this number of standard deviations: with fewer,
 # specks of noise would remain in a picture of a million pixels.
 _COLOUR_SDS = 6.0
-# Number of standard deviations of averaged readings that count as nearer.
+# An averaged reading is nearer than the stand if it differs by more than this number of standard deviations.
 _DEPTH_SDS = 4.0
 # Least size of a region that is not noise, [pixels].
 _MIN_PIXELS = 60
-# Standard deviation of a normal distribution per median absolute deviation.
+# Ratio of a normal distribution's standard deviation to its median absolute deviation.
 _PER_MEDIAN = 1.4826
-# Sides of the windows over which depth is averaged, for itself and for its slope, [pixels]: over 81 readings the
-# slope of one face is known to 0.1.
+# Sides of the windows over which depth is averaged, for depth itself and for its slope, [pixels]: 81 readings
+# determine the slope of one face to 0.1.
 _DEPTH_SIDE, _SLOPE_SIDE = 5, 9
 # Least light by which a colour is divided, relative to saturation.
 _MIN_LIGHT = 0.2
-# Light relative to saturation below which a surface is steep, or an edge between two faces.
+# Light relative to saturation below which a surface is steep or an edge between two faces.
 _GOOD_LIGHT = 0.6
 
 
@@ -44,7 +44,7 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
     """Finds the pixels that show the object, (height, width); the stand's top is at stand_depth, [m].
 
     Raises:
-        SeeingError: The picture fails ``check_picture``, shows the stand alone (NothingSeenError), or shows an object
+        SeeingError: The picture fails ``check_picture``, shows only the stand (NothingSeenError), or shows an object
             at its edge (OutOfViewError).
     """
     check_picture(picture)
@@ -57,7 +57,8 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
     found = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((2, 2), np.uint8)).astype(bool)
     core = cv2.erode(found.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     if core.any():
-        # Blur and mixed pixels extend the mask to less than half of the object's own difference.
+        # Blurred and mixed pixels around the object differ from the stand by less than half as much as the object
+        # does.
         outside = (difference < 0.5 * spread_nearest(difference, core)) & ~core & ~near
         found &= ~outside
     mask, _ = keep_large(found, _MIN_PIXELS)
@@ -68,7 +69,7 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
 
 
 def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds pixels nearer than the stand, without a rim of half the width of the averaging window."""
+    """Finds pixels nearer than the stand, except a rim of half the width of the averaging window."""
     filled = np.where(depth > 0.0, depth, stand_depth)
     sd = float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(()))) / np.sqrt(_DEPTH_SIDE**2 / 2.0)
     near = cv2.blur(filled, (_DEPTH_SIDE, _DEPTH_SIDE)) < stand_depth - STAND_ERROR - _DEPTH_SDS * sd
@@ -77,11 +78,14 @@ def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
 
 
 class Surface(NamedTuple):
-    """Surface of the object, where the mask is true, in a window of one view, (height, width).
+    """Surface of the object in a window of one view, with images of shape (height, width).
 
-    The corner is the column and row of the window's first pixel, (2,). Depth is averaged, [m], outside of the mask
-    that of the nearest pixel with readings; colour is that in full light, in [0, 1], (height, width, 3), determined
-    where the surface is lit, that is, its slope known well enough.
+    Attributes:
+        mask: True where the object is visible.
+        corner: Column and row of the window's first pixel, (2,).
+        depth: Averaged depth, [m]; outside the mask, that of the nearest pixel with readings.
+        colour: Colour in full light, in [0, 1], (height, width, 3); valid where ``lit`` is true.
+        lit: True where the surface's slope is known well enough to compute the colour.
     """
 
     mask: Mask
@@ -96,7 +100,7 @@ def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
     window = find_window(mask, room=2 * _SLOPE_SIDE)
     mask, depth = mask[window], picture.depth[window]
     corner = np.array([window[1].start, window[0].start], dtype=float)
-    # One in four readings next to the outline is of the background.
+    # One in four readings next to the outline belongs to the background.
     inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & (depth > 0.0)
     inner = inner if inner.any() else mask & (depth > 0.0)
     fine, coarse = (_average(depth, inner, side) for side in (_DEPTH_SIDE, _SLOPE_SIDE))
@@ -107,7 +111,7 @@ def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
 
 
 def _average(depth: Array, known: Mask, side: int) -> Array:
-    """Averages the readings in a window around each pixel; an empty window is replaced with the nearest other."""
+    """Averages the readings in a window around each pixel; an empty window gets the nearest other window's mean."""
     weight = cv2.blur(known.astype(float), (side, side))
     total = cv2.blur(np.where(known, depth, 0.0), (side, side))
     there = weight > 0.5 / side**2
@@ -117,8 +121,8 @@ def _average(depth: Array, known: Mask, side: int) -> Array:
 def _measure_light(depth: Array, corner: Array, camera: Camera) -> Array:
     """Computes the light on the surface relative to saturation, from the slope of its depth, (height, width).
 
-    A point is p = z (x / f, y / f, 1) with x, y from the principal point, so that dp/du x dp/dv is proportional to
-    (-f dz/du, -f dz/dv, z + x dz/du + y dz/dv), away from the camera.
+    A point is p = z (x / f, y / f, 1), with x and y measured from the principal point. Therefore dp/du x dp/dv is
+    proportional to (-f dz/du, -f dz/dv, z + x dz/du + y dz/dv), which points away from the camera.
     """
     f = camera.focal_length
     slope_u = cv2.blur(cv2.Sobel(depth, cv2.CV_64F, 1, 0, ksize=5, scale=1.0 / 128.0), (5, 5))

@@ -102,7 +102,7 @@ def test_numbers_and_figure_of_a_small_study():
     assert numbers["value_holds"] <= choose_actively(is_perverse=True)["value_holds"]
     rules = numbers["workshop"]["rules"]
     figure = draw_rules({"workshop": rules, "another world": rules})
-    assert [axes.get_xlabel() for axes in figure.axes] == ["objects held before"] * 4
+    assert [axes.get_xlabel() for axes in figure.axes] == ["number of objects held before"] * 4
 
 
 def test_a_learner_with_kinds_gains_what_it_is_promised_and_nothing_from_an_odd_object():

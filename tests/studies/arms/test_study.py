@@ -86,9 +86,9 @@ def test_summary_tells_falls_drops_and_costs_of_those_that_were_imported() -> No
     assert (
         "On the 3 arms that meet no limit the first object falls 1.10 to 1.10 times as far as predicted:" in summary
     )
-    assert "The first drop is 2.2 cm (a) to 3.0 cm (c); for our own arm it is 2.2 cm." in summary
-    assert "In reaching the more costly grip costs 1.0 to 3.0 % more; the rank correlation" in summary
-    assert "effective mass over the object's is -1.00." in summary
+    assert "The first drop is 2.2 cm (a) to 3.0 cm (c); on our own arm it is 2.2 cm." in summary
+    assert "In reaching the costlier grip costs 1.0 to 3.0 % more; its rank correlation" in summary
+    assert "effective mass divided by the object's mass is -1.00." in summary
     assert "hammering" not in summary
     assert describe({"odd": REFUSED}, invent()).summary.endswith("No robot was imported.")
 
@@ -132,7 +132,7 @@ def test_a_heavier_arm_sags_less() -> None:
 
 
 def test_a_wrong_folder_or_name_is_refused() -> None:
-    assert "--robots: is 'nowhere', which has none of the robots' files" in refuse(choose_robots, Path("nowhere"))
+    assert "--robots: is 'nowhere', which has no file of these robots" in refuse(choose_robots, Path("nowhere"))
     said = answer("study", "arms", "--robots", "nowhere", "--only", "pandas", status=2).err
     assert "--only: is 'pandas', must be one of panda, ur5" in said
 

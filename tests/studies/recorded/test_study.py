@@ -133,7 +133,7 @@ def test_the_panda_of_the_study_has_seven_joints_and_weighs_what_it_should():
 def test_a_missing_clone_is_named_before_anything_is_run(tmp_path):
     words = ("--data", tmp_path, "--out", tmp_path / "results")
     said = refuse(run_study, STUDY, *words)
-    assert "ur10e.urdf: is not there; --data must hold clones" in said
+    assert "ur10e.urdf: is missing; --data must contain clones" in said
     assert "of dynamic_calib" in said
     assert not (tmp_path / "results").exists()
     assert "--repeats: is 0, must be from 1 to 100000" in refuse(run_study, STUDY, *words, "--draws", 0)

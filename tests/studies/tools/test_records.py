@@ -92,11 +92,11 @@ class Harmful:
 def test_pickles_run_nothing(tmp_path, capsys):
     path = tmp_path / "record.pkl"
     path.write_bytes(pickle.dumps([Harmful()]))
-    assert "record.pkl: is no readable record: it names builtins.print, which no" in refuse(read_pickle, path)
+    assert "record.pkl: is not a readable record: it names builtins.print, which no" in refuse(read_pickle, path)
     assert capsys.readouterr().out == ""
     path.write_bytes(pickle.dumps([1.0, "no record"]))
     assert read_pickle(path) == [1.0, "no record"]
-    assert "is no record of forces and torques: a row has no ft_pose" in refuse(read_recording, path)
+    assert "is not a record of forces and torques: a row has no ft_pose" in refuse(read_recording, path)
     path.write_bytes(b"nothing")
-    assert "is no readable record" in refuse(read_pickle, path)
+    assert "is not a readable record" in refuse(read_pickle, path)
     assert "cannot be read: No such file" in refuse(read_pickle, tmp_path / "none.pkl")

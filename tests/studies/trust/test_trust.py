@@ -125,7 +125,7 @@ def test_section_does_not_meet_the_claim_that_fell_short(change, unmet):
 
 def test_section_says_if_studies_are_of_different_programs():
     section = describe({**NUMBERS, "program": {**NUMBERS["program"], "soak": "def"}})
-    assert "not of one state of the program: calibration of abc" in section.remarks[0]
+    assert "from different states of the program: calibration of abc" in section.remarks[0]
 
 
 def test_section_names_what_studies_must_have_found():

@@ -199,7 +199,9 @@ def test_readings_that_contradict_each_other_determine_no_ellipsoid(rng):
 
 def test_fit_that_does_not_end_is_none(monkeypatch):
     monkeypatch.setattr(ellipsoid_fit, "least_squares", lambda *args, **kw: least_squares(*args, **kw, max_nfev=1))
-    with pytest.raises(UndeterminedError, match="no ellipsoid fits a part best: The maximum number"):
+    with pytest.raises(
+        UndeterminedError, match="the fit of an ellipsoid to a part does not converge: The maximum number"
+    ):
         fit(EGG, NOISY, np.random.default_rng(0))
 
 

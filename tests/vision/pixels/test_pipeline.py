@@ -85,7 +85,7 @@ def look(ellipsoids, colours):
 def test_part_behind_another_is_said_to_be_hidden():
     behind = make_ellipsoid([0.06, 0.02, 0.02], [0.0, 0.0, STAND - 0.02])
     front = make_ellipsoid([0.05, 0.05, 0.03], [0.035, 0.0, STAND - 0.12])
-    picture, hidden = look([behind, front], [BEECH, STEEL]), "% of a part is visible behind what is in front of it"
+    picture, hidden = look([behind, front], [BEECH, STEEL]), "% of a part is visible behind other parts"
     with pytest.raises(HiddenPartError, match=rf"\d+ {hidden}, must be at least 50 %"):
         detect_parts(picture, DEFAULT_RIG, NOISY)
 
@@ -100,7 +100,7 @@ def test_one_part_wholly_behind_another_of_its_colour_leaves_no_ellipsoid():
 def test_part_of_which_depth_is_missing_is_not_guessed():
     picture = look([BALL], [BEECH])
     picture.depth[200:280, 280:360] = 0.0
-    with pytest.raises(TooSmallError, match=r"a part gives 0 readings and \d+ points of its outline, must give"):
+    with pytest.raises(TooSmallError, match=r"a part has 0 depth readings and \d+ points of its outline, must have"):
         detect_parts(picture, DEFAULT_RIG, NOISY)
 
 

@@ -115,7 +115,7 @@ NO_SHAPE = r"must be \(height, width, 3\) of uint8 and \(height, width\)"
         (OneColourError, r"all pixels have the colour \(51, 51, 51\)", EMPTY),
         (
             NoDepthError,
-            "2 of 307200 depth readings are not finite, all must be",
+            "2 of 307200 depth readings are not finite, all must be finite",
             spoil({(100, 100): np.nan, (3, 4): np.inf}),
         ),
         (NoDepthError, "0 % of the picture has depth, must be at least 50 %", spoil({...: 0.0})),
@@ -134,7 +134,7 @@ NO_SHAPE = r"must be \(height, width, 3\) of uint8 and \(height, width\)"
         # The stand is mixed into all of it.
         (
             TooSmallError,
-            "fewer than 27 connected pixels of one tint .* apart from its rim of 3 pixels",
+            "fewer than 27 connected pixels of one tint .* without the object's rim of 3 pixels",
             draw_one([0.0105] * 3, [0, 0, STAND - 0.02]),
         ),
     ],
