@@ -20,7 +20,7 @@ from yaml.composer import Composer
 from affordance.exceptions import PROSE, BadValueError, find_hidden, show_value, suggest
 
 _MB = 1_000_000
-# Protocols, tools, materials and other settings in YAML, and tables of human data: the program's largest has 8 kB.
+# Tools, materials and other settings in YAML: the program's largest file has 8 kB.
 SETTINGS = 1 * _MB
 # Robot descriptions in XML, with meshes in separate files: a link takes a few kB.
 ROBOT = 10 * _MB
