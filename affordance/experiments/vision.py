@@ -38,8 +38,8 @@ from affordance.objects.colour import convert_to_lab
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Grip, Tool
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.chain_plant import build_chain
 from affordance.plant.load import load_arm
-from affordance.plant.serial_chain import build_chain
 from affordance.reporting.camera_figures import CameraView, draw_calibration, draw_camera_views
 from affordance.reporting.claims import PERCENT, ClaimResult, Unit, check, claim
 from affordance.settings import DEFAULT_SETTINGS
