@@ -78,6 +78,13 @@ class DensityBelief:
         return f"{', '.join(shown)} kg/m^3" if texts else "of no density"
 
     @classmethod
+    def from_normals(cls, normals: Normals) -> "DensityBelief":
+        """Builds the belief of the only observer."""
+        if normals.information is not None:
+            return cls(normals.precision[0], normals.information_vector[0])
+        return cls.from_moments(normals.mean[0], normals.covariance[0])
+
+    @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
         """Builds the belief from the moments of its unrestricted normal distribution, (M,) and (M, M).
 
