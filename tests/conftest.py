@@ -27,8 +27,9 @@ from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.chain_plant import build_chain
 from affordance.plant.load import load_arm
-from affordance.plant.serial_chain import SerialChain, build_chain
+from affordance.plant.serial_chain import SerialChain
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import TrialRunner

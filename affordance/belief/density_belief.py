@@ -78,6 +78,13 @@ class DensityBelief:
         return f"{', '.join(shown)} kg/m^3" if texts else "of no density"
 
     @classmethod
+    def from_normals(cls, normals: Normals) -> "DensityBelief":
+        """Builds the belief of the only observer."""
+        if normals.information is not None:
+            return cls(normals.precision[0], normals.information_vector[0])
+        return cls.from_moments(normals.mean[0], normals.covariance[0])
+
+    @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
         """Builds the belief from the moments of its unrestricted normal distribution, (M,) and (M, M).
 
@@ -139,22 +146,6 @@ class DensityBelief:
         precision[: self.size, : self.size] = self.precision
         added = [mean / sd**2 for mean, sd in zip(means, sds, strict=True)]
         return DensityBelief(precision, np.append(self.information_vector, added))
-
-    def extend_by_mixture(self, probabilities: Array, prior: Prior) -> "DensityBelief":
-        """Returns the belief with one more material, which is one of the known ones or a new one.
-
-        Its density has the mean, variance and covariances of this mixture of unrestricted distributions. The
-        probabilities are those of each of the M known materials and, last, of a new one, shape (M + 1,).
-        """
-        known, covariance = self.untruncated_mean, self.covariance
-        means = np.append(known, prior.mode)
-        variances = np.append(np.diag(covariance), prior.sd**2)
-        mean = probabilities @ means
-        extended = np.zeros((self.size + 1, self.size + 1))
-        extended[:-1, :-1] = covariance
-        extended[-1, :-1] = extended[:-1, -1] = covariance @ probabilities[:-1]
-        extended[-1, -1] = probabilities @ (variances + (means - mean) ** 2)
-        return DensityBelief.from_moments(np.append(known, mean), extended)
 
     def add_object_variation(
         self, deviation: float, num_objects: int = 1, densities: Array | None = None

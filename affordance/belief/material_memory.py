@@ -15,19 +15,12 @@ import numpy as np
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
-from affordance.belief.density_belief import (
-    EMPTY_BELIEF,
-    Density,
-    DensityBelief,
-    FindLikelihood,
-    Prior,
-    summarise_density,
-)
-from affordance.belief.felt_object import AtHand, FeltObject
-from affordance.belief.felt_object import Thing as Thing
+from affordance.belief.density_belief import EMPTY_BELIEF, Density, DensityBelief, FindLikelihood, summarise_density
+from affordance.belief.felt_object import AtHand, FeltObject, Thing
 from affordance.belief.learner import Groups, Learner, Seen, State, check_learner, describe_prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
+from affordance.belief.prior import Prior
 from affordance.belief.rows import set_felt
 from affordance.exceptions import BadArgumentError
 from affordance.files.html_table import build_table
@@ -36,8 +29,7 @@ from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
 from affordance.runs.random_streams import ObserverDraws
 
-# Standard deviation of a known density, [kg/m^3].
-_CERTAIN_SD = 1e-3
+_CERTAIN_SD = 1e-3  # standard deviation of a known density, [kg/m^3]
 
 
 class Recollection(NamedTuple):
@@ -47,8 +39,7 @@ class Recollection(NamedTuple):
     densities: DensityBelief  # belief about its m densities, one for each colour
     colours: tuple[int, ...]  # index of each of its colours in the memory
     columns: tuple[int, ...]  # index of each part's density among those of the object
-    # Likelihoods from earlier lifts of this object; None if it was never lifted.
-    felt: FeltObject | None = None
+    felt: FeltObject | None = None  # likelihoods from earlier lifts of this object; None if it was never lifted
 
 
 class Lesson(NamedTuple):
@@ -124,14 +115,12 @@ class MaterialMemory:
             problem = f"is of type {type(densities).__name__}, must be a mapping from materials or colours to kg/m^3"
             raise BadArgumentError("densities", "", problem)
         colours = tuple(find_colour(material, materials, "densities") for material in densities)
-        known = np.array(
-            [
-                check_number(f"densities[{material!r}]", value, DENSITIES.low, DENSITIES.high, "kg/m^3")
-                for material, value in densities.items()
-            ],
-            dtype=float,
-        )
-        return cls.from_belief(colours, DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
+        known = [
+            check_number(f"densities[{material!r}]", value, DENSITIES.low, DENSITIES.high, "kg/m^3")
+            for material, value in densities.items()
+        ]
+        belief = DensityBelief.from_moments(np.array(known, dtype=float), _CERTAIN_SD**2 * np.eye(len(known)))
+        return cls.from_belief(colours, belief)
 
     @classmethod
     def from_belief(
@@ -152,11 +141,8 @@ class MaterialMemory:
             problem = f"is about {belief.size} densities, must be about {len(colours)}, one for each colour"
             raise BadArgumentError("belief", "", problem)
         memory = cls()._start(tuple(colours), Prior())
-        state = {
-            **memory.state,
-            "precision": belief.precision[None].copy(),
-            "information": belief.information_vector[None].copy(),
-        }
+        precision, information = belief.precision[None].copy(), belief.information_vector[None].copy()
+        state = {**memory.state, "precision": precision, "information": information}
         things = tuple(Thing(each.appearance, tuple(map(memory.colours.index, each.colours))) for each in felt)
         for number, (thing, each) in enumerate(zip(things, felt, strict=True)):
             state = set_felt(state, Seen(thing.colours, np.array([number])), each.own)
@@ -165,7 +151,7 @@ class MaterialMemory:
     @cached_property
     def belief(self) -> DensityBelief:
         """Belief about the mean density of new objects of each colour."""
-        return _get_only(self.learner.believe(self.state)) if self.state else EMPTY_BELIEF
+        return DensityBelief.from_normals(self.learner.believe(self.state)) if self.state else EMPTY_BELIEF
 
     def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
         """Returns the belief about a material that was met: mean, standard deviation and percentiles, [kg/m^3].
@@ -247,11 +233,12 @@ class MaterialMemory:
             columns.append(column)
             parts.append(part._replace(colour=memory.colours[column]))
         colours = tuple(dict.fromkeys(columns))
-        number = memory._find(parts, colours)
+        same = (i for i, thing in enumerate(memory.things) if is_same_object(thing.appearance, parts))
+        number = next((i for i in same if set(memory.things[i].colours) == set(colours)), None)
         thing = Thing(tuple(parts), colours) if number is None else memory.things[number]
         at_hand = AtHand(thing, len(memory.things) if number is None else number)
         memory = replace(memory, state={**memory.state, **describe_prior(prior, 1)}, at_hand=at_hand)
-        densities = _get_only(memory.learner.expect(memory.state, at_hand.seen))
+        densities = DensityBelief.from_normals(memory.learner.expect(memory.state, at_hand.seen))
         own = memory.learner.get_felt(memory.state, at_hand.seen)
         shown = tuple(memory.colours[colour] for colour in thing.colours)
         felt = FeltObject.of(shown, None if own is None else own.take(0), prior, thing.appearance)
@@ -268,14 +255,15 @@ class MaterialMemory:
             raise ValueError("no object was recalled since the last lift; recall one before learning from it")
 
         def find(normals: Normals, observers: object = None) -> Likelihood:
-            return Likelihood.stack([find_likelihood(_get_only(normals.take([row]))) for row in range(len(normals))])
+            each = (DensityBelief.from_normals(normals.take([row])) for row in range(len(normals)))
+            return Likelihood.stack([find_likelihood(belief) for belief in each])
 
         rng = ObserverDraws([(*self.seed, self.num_lifts + 1)])
         state = {**self.state, "deviation": np.full(1, deviation)}
         lesson = self.learner.learn(state, at_hand.seen, find, rng)
         things = self.things if at_hand.number < len(self.things) else (*self.things, at_hand.thing)
         memory = replace(self, state=lesson.state, things=things, num_lifts=self.num_lifts + 1, at_hand=None)
-        return Lesson(memory, _get_only(lesson.densities), lesson.likelihood.take(0))
+        return Lesson(memory, DensityBelief.from_normals(lesson.densities), lesson.likelihood.take(0))
 
     def condition(self, likelihood: Likelihood) -> "MaterialMemory":
         """Returns the memory after adding evidence about the mean densities of its M colours.
@@ -290,12 +278,6 @@ class MaterialMemory:
     def group(self) -> Groups:
         """Returns the groups of objects that the learner distinguishes; the memory must have a colour."""
         return self.learner.group(self.state)
-
-    def find_groups(self) -> Sequence[int]:
-        """Returns the group of the object recalled last in each of its colours, in the order of its densities."""
-        assert self.at_hand is not None  # because an object was just recalled
-        found: list[int] = self.learner.find_groups(self.state, self.at_hand.seen)[0].tolist()
-        return found
 
     def find_kind(self, appearance: Sequence[PartAppearance]) -> int:
         """Returns the number of a thing's kind in the colour of its first part, 1 for the oldest kind.
@@ -324,12 +306,6 @@ class MaterialMemory:
             return self, index
         return replace(self, colours=(*self.colours, colour), state=state), index
 
-    def _find(self, appearance: Sequence[PartAppearance], colours: tuple[int, ...]) -> int | None:
-        """Returns the number of the thing with an appearance; None if it was never lifted."""
-        numbered = enumerate(self.things)
-        same = (i for i, thing in numbered if is_same_object(thing.appearance, appearance))
-        return next((i for i in same if set(self.things[i].colours) == set(colours)), None)
-
 
 def start_memory(learner: Learner | str = "density", seed: Seed = 0) -> MaterialMemory:
     """Builds the memory of an observer without experience.
@@ -342,10 +318,3 @@ def start_memory(learner: Learner | str = "density", seed: Seed = 0) -> Material
         BadArgumentError: The learner does not exist, or the seed is invalid.
     """
     return MaterialMemory(check_learner("learner", learner), check_seed(seed))
-
-
-def _get_only(normals: Normals) -> DensityBelief:
-    """Returns the belief of the only observer."""
-    if normals.information is not None:
-        return DensityBelief(normals.precision[0], normals.information_vector[0])
-    return DensityBelief.from_moments(normals.mean[0], normals.covariance[0])

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from affordance.belief.felt_object import Thing
 from affordance.belief.learner import Learner
-from affordance.belief.material_memory import MaterialMemory, Thing
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import AffordanceError, BadValueError, show_value
 from affordance.files.atomic import to_plain
 from affordance.objects.appearance import PartAppearance

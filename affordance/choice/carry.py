@@ -15,7 +15,7 @@ from affordance.control.timed_path import PathEntry
 from affordance.files.constraints import Within, check_fields
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.serial_chain import build_chain
+from affordance.plant.chain_plant import build_chain
 from affordance.settings import Settings
 
 _TILT = Within(1e-3, 1.5)

@@ -278,11 +278,10 @@ def plan_strike(
     settings: Settings,
     *,
     force: float | None = None,
-    nail: Nail | None = None,
 ) -> Strike:
     """Plans one blow with a tool of inertial parameters pi about To, expressed in T, (10,).
 
-    ``force`` is the peak resistance, [N], and ``nail`` the true nail; by default they are those of the plan.
+    ``force`` is the peak resistance, [N]; by default that of the plan.
 
     Raises:
         AffordanceError: If no swing is fast enough.
@@ -298,7 +297,7 @@ def plan_strike(
     swing = find_swing(model, planned.target, hammer, speed, planned.pick_swing(speed))
     target = planned.target
     face = ContactFace(target.p_TS, target.normal_T, target.radius)
-    placement = NailPlacement(nail or hammer.nail, target.p_WS, target.direction_W, face)
+    placement = NailPlacement(hammer.nail, target.p_WS, target.direction_W, face)
     return Strike(swing, placement, settings.control_period)
 
 

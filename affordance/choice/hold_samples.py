@@ -162,7 +162,8 @@ class HoldSamples:
         recollection = self._memory.recall([part.appearance for part in parts], self._prior)
         memory, columns = recollection.memory, recollection.columns
         assert memory.at_hand is not None  # because it was just recalled
-        groups, colours = memory.find_groups(), memory.at_hand.thing.colours
+        (groups,) = memory.learner.find_groups(memory.state, memory.at_hand.seen).tolist()
+        colours = memory.at_hand.thing.colours
         return [groups[column] for column in columns], [memory.colours[colours[i]] for i in dict.fromkeys(columns)]
 
     def _find_felt(self, name: str) -> Likelihood | None:

@@ -30,7 +30,7 @@ from affordance.proprioception.torque_noise import NoiseModel
 
 # Largest total degree of products of one, two and three variables; products of more are left out. The fit to one
 # percept is thus part of the fit to several. With degree 6 in one variable, worths were up to 60 % too low; from
-# degree 12 on they no longer grow (docs/next.md).
+# degree 12 on they no longer grow.
 _DEGREES = {1: 12, 2: 6, 3: 3}
 # Number of folds of the samples. A direction of the percept whose singular value is below this fraction of the
 # largest one is taken to carry no information about materials.

@@ -21,7 +21,7 @@ from affordance.exceptions import NoPlanError
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.serial_chain import build_chain
+from affordance.plant.chain_plant import build_chain
 from affordance.settings import Settings
 
 # Number of quadrature nodes along a motion, with which the midpoint rule has an error below 0.1 %

@@ -15,8 +15,8 @@ from affordance.control.timed_path import EASIER_PACES, EASIER_SIZES, TimedPath
 from affordance.exceptions import AffordanceError, NoPlanError
 from affordance.objects.tool import PosedShape, find_free_end
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.chain_plant import build_chain
 from affordance.plant.rank_loss import describe_rank_loss
-from affordance.plant.serial_chain import build_chain
 from affordance.settings import Settings
 
 # Number of evenly spaced postures of a motion that are checked for rank loss.

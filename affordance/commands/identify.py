@@ -91,11 +91,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--joint-limits", type=Path, metavar="FILE", help=what)
     what = f"sources of uncertainty to leave out, to see their effect: {', '.join(NUISANCES)}"
     add("--off", nargs="+", default=[], choices=NUISANCES, metavar="SOURCE", help=what)
-    add(
-        "--min-speed",
-        type=float,
-        help="leave out samples of a joint while it is slower than this, rad/s (default 0.03)",
-    )
+    what = "leave out samples of a joint while it is slower than this, rad/s (default 0.03)"
+    add("--min-speed", type=float, help=what)
     what = "correct sign, gravity, frame and lag if the arm's own weight shows they are wrong, and report it"
     add("--as-found", action="store_true", help=what)
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")

@@ -1,4 +1,4 @@
-"""Random objects for measuring the accuracy of detection: chains of touching ellipsoids, facing the camera."""
+"""Random objects for measuring the accuracy of detection: chains of touching ellipsoids, and their pictures."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -6,6 +6,9 @@ from scipy.spatial.transform import Rotation
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool, find_box
+from affordance.vision.pixels.camera_sensor import get_camera_sensor
+from affordance.vision.pixels.rgbd import Picture
+from affordance.vision.pixels.rig import render
 
 # Range of the axis lengths of parts, [m], and largest number of parts.
 _LENGTHS = (0.03, 0.30)
@@ -17,6 +20,19 @@ _MAX_BOX = (0.55, 0.40, 0.30)
 _MAX_INCLINATION, _MAX_TURN = np.radians(20.0), np.radians(60.0)
 # Densities from the lightest wood to lead, [kg/m^3].
 _DENSITIES = (200.0, 11_000.0)
+_OBJECT, _NOISE = 0, 1  # last entries of random seeds, after the root seed and the object's number
+
+
+def draw_numbered_object(seed: int, number: int) -> Tool:
+    """Draws the random object with a given number."""
+    return draw_object(np.random.default_rng([seed, number, _OBJECT]), f"object {number}")
+
+
+def take_picture(seed: int, number: int) -> Picture:
+    """Takes a noisy picture of the random object with a given number."""
+    sensor = get_camera_sensor()
+    picture = render(draw_numbered_object(seed, number), sensor.rig)
+    return sensor.noise.add_to(picture, sensor.rig.camera, np.random.default_rng([seed, number, _NOISE]))
 
 
 def draw_object(rng: np.random.Generator, name: str) -> Tool:

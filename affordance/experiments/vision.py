@@ -12,19 +12,17 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import norm
 
 from affordance.arrays import about
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.listed_options import list_options, seed_observation
+from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import Ranking, rank
 from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
@@ -32,35 +30,29 @@ from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError
 from affordance.experiments.objects import read_tools
 from affordance.experiments.observers import Setup, run_observers
-from affordance.experiments.random_objects import MAX_PARTS, draw_object
+from affordance.experiments.random_objects import MAX_PARTS, draw_numbered_object, take_picture
 from affordance.experiments.results import Results
+from affordance.experiments.vision_drawings import draw_errors, draw_pictures, draw_uncommon, save_picture
 from affordance.objects.colour import convert_to_lab
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Grip, Tool
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.chain_plant import build_chain
 from affordance.plant.load import load_arm
-from affordance.plant.serial_chain import build_chain
-from affordance.reporting.camera_figures import CameraView, draw_calibration, draw_camera_views
 from affordance.reporting.claims import PERCENT, ClaimResult, Unit, check, claim
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
 from affordance.vision.pixels.pipeline import Detection
-from affordance.vision.pixels.rgbd import Picture, save_frame
-from affordance.vision.pixels.rig import build_rig_diagram, render
+from affordance.vision.pixels.rig import build_rig_diagram
 from affordance.vision.systems import predict_object
 
 NO_MEMORY = "in which nothing is felt"  # a lasting memory learns from what is felt only
 UNCOMMON, PATH = "tools/uncommon.yaml", "paths/mash.yaml"  # in the folder of models
 COVERAGE_FACTOR = 2.5  # objects for measuring coverage, per object for measuring accuracy: 500 for 200
 INTERVAL = 0.9  # probability of the mass interval whose coverage is tested
-TARGETS = {
-    "visible axes": 0.03,
-    "axis along the view": 0.08,
-    "mass at true densities": 0.06,
-}  # bounds of median errors
+TARGETS = {"visible axes": 0.03, "axis along the view": 0.08, "mass at true densities": 0.06}  # of median errors
 SHOWN, FAILURES_SHOWN = 5, 3  # numbers of detected objects and of failures whose pictures are shown
-OBJECT, NOISE = 0, 1  # last entries of random seeds, after the root seed and the object's number
 SHARE = Unit("%", 100.0)
 
 
@@ -72,30 +64,22 @@ def run(setup: Setup) -> Results:
     count = math.ceil(COVERAGE_FACTOR * setup.observers)
     data = run_observers("vision", setup, observe, unit="object", count=count).rename(observer="object")
     novice, expert = rank_uncommon(setup, tools, task)
-    numbers = {
-        **measure(data, setup.observers),
-        "mashing_novice": list_ranking(novice),
-        "mashing_expert": list_ranking(expert),
-    }
+    ranked = {"mashing_novice": list_ranking(novice), "mashing_expert": list_ranking(expert)}
+    numbers = {**measure(data, setup.observers), **ranked}
     accurate = data.isel(object=slice(setup.observers))
     detected, failed = (np.flatnonzero((accurate.failure.values != "") == each) for each in (False, True))
-    figures: dict[str, Any] = {
-        "uncommon": (
-            (
-                "Two uncommon objects as the camera saw them. Which is better for mashing, and how should it be"
-                f" held? If the materials are known: {expert.ranked[0].option.name}, with probability"
-                f" {expert.ranked[0].p_best:.2f}."
-            ),
-            partial(draw_uncommon, tools, setup.seed),
-        ),
-    }
+    caption = (
+        "Two uncommon objects as the camera saw them. Which is better for mashing, and how should it be held? If the"
+        f" materials are known: {expert.ranked[0].option.name}, with probability {expert.ranked[0].p_best:.2f}."
+    )
+    figures: dict[str, Any] = {"uncommon": (caption, partial(draw_uncommon, tools, setup.seed))}
     if len(detected):
         seen = [(int(number), "") for number in detected[:SHOWN]]
         caption = "Random objects: colour, depth, detected parts, and outlines of the fitted ellipsoids."
         figures["seen"] = (caption, partial(draw_pictures, setup.seed, seen))
     figures["errors"] = (
         "Left: sizes of the errors. Right: errors of mass compared with their stated standard deviations.",
-        partial(draw_errors, data, setup.observers),
+        partial(draw_errors, data, setup.observers, TARGETS),
     )
     if len(failed):
         noted = [(int(number), str(data.reason.values[number])) for number in failed[:FAILURES_SHOWN]]
@@ -216,11 +200,7 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
         error, deviation = mass / tool.mass - 1.0, (mass - tool.mass) / sd
     return xr.Dataset(
         {
-            "visible_error": (
-                ("part", "axis"),
-                visible,
-                about("1", "relative errors of the semi-axes across the view"),
-            ),
+            "visible_error": (("part", "axis"), visible, about("1", "relative errors of semi-axes across the view")),
             "depth_error": ("part", depth, about("1", "relative error of the semi-axis along the view")),
             "colour_error": ("part", colours, about("1", "distance of the colour from the true one in CIELAB")),
             "mass_error": ((), error, about("1", "relative error of the mass at the true densities")),
@@ -262,11 +242,8 @@ def find_median(errors: xr.DataArray) -> float | None:
 
 def rank_uncommon(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[Ranking, Ranking]:
     """Ranks the uncommon objects for mashing by expected work: as a novice, and as an expert on the materials."""
-    options = [
-        option
-        for tool in tools
-        for option in list_options(tool, seed=setup.seed, feature_source=FeatureSource.PIXELS)
-    ]
+    look = partial(list_options, seed=setup.seed, feature_source=FeatureSource.PIXELS)
+    options = [option for tool in tools for option in look(tool)]
     materials = load_materials(setup.models / "materials.yaml")
     made_of = {part.material.name for tool in tools for part in tool.components}
     known = {each.colour: each.density for each in materials.values() if each.name in made_of}
@@ -341,52 +318,3 @@ def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
         for each in ranked
     ]
     return pd.DataFrame(rows).set_index("who")
-
-
-def draw_numbered_object(seed: int, number: int) -> Tool:
-    """Draws the random object with a given number."""
-    return draw_object(np.random.default_rng([seed, number, OBJECT]), f"object {number}")
-
-
-def take_picture(seed: int, number: int) -> Picture:
-    """Takes a noisy picture of the random object with a given number."""
-    sensor = get_camera_sensor()
-    picture = render(draw_numbered_object(seed, number), sensor.rig)
-    return sensor.noise.add_to(picture, sensor.rig.camera, np.random.default_rng([seed, number, NOISE]))
-
-
-def save_picture(seed: int, number: int, reason: str, folder: Path) -> None:
-    """Saves the picture of an object that was not detected, or not detected correctly."""
-    save_frame(SeeingError(reason, *take_picture(seed, number)), folder / "frames", f"object_{number:05d}")
-
-
-def draw_pictures(seed: int, numbered: Sequence[tuple[int, str]]) -> Figure:
-    """Draws the pictures of random objects, each with its number and a note."""
-    views = []
-    for number, note in numbered:
-        name, picture = draw_numbered_object(seed, number).name, take_picture(seed, number)
-        try:
-            views.append(CameraView(name, picture, get_camera_sensor().detect_parts(picture), note))
-        except SeeingError:
-            views.append(CameraView(name, picture, None, note))
-    return draw_camera_views(views)
-
-
-def draw_uncommon(tools: Sequence[Tool], seed: int) -> Figure:
-    """Draws the pictures of the uncommon objects from which they are ranked."""
-    sensor = get_camera_sensor()
-    views = []
-    for tool in tools:
-        picture = sensor.take_image(tool, np.random.default_rng(seed_observation(tool, seed)))
-        views.append(CameraView(tool.name, picture, sensor.detect_parts(picture)))
-    return draw_camera_views(views)
-
-
-def draw_errors(data: xr.Dataset, count: int) -> Figure:
-    """Draws the sizes of the errors, and errors of mass in units of their stated standard deviations."""
-    errors = {}
-    for label, name in zip(TARGETS, ("visible_error", "depth_error", "mass_error"), strict=True):
-        values = data[name].isel(object=slice(count)).values
-        errors[label] = np.abs(values[np.isfinite(values)])
-    claimed = data.mass_deviation.values
-    return draw_calibration(errors=errors, targets=TARGETS, claimed=claimed[np.isfinite(claimed)])

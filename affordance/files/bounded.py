@@ -5,15 +5,12 @@ size, and small enough that reading a file takes a few minutes and gigabytes at 
 and levels, and must not repeat keys. Every fault raises a one-line error.
 """
 
-import csv
 import difflib
 import json
-import math
 import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +20,7 @@ from yaml.composer import Composer
 from affordance.exceptions import PROSE, BadValueError, find_hidden, show_value, suggest
 
 _MB = 1_000_000
-# Protocols, tools, materials and other settings in YAML, and tables of human data: the program's largest has 8 kB.
+# Tools, materials and other settings in YAML: the program's largest file has 8 kB.
 SETTINGS = 1 * _MB
 # Robot descriptions in XML, with meshes in separate files: a link takes a few kB.
 ROBOT = 10 * _MB
@@ -104,29 +101,6 @@ def check_size(path: Path, most: int) -> None:
 
 def _complain(path: Path, size: int, most: int) -> BadValueError:
     return BadValueError(path, "", f"has {size / _MB:.3g} MB, must have at most {most / _MB:g} MB")
-
-
-def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
-    """Reads the rows of a CSV file of at most ``most`` bytes, header first; faults raise a BadValueError."""
-    try:
-        rows = list(csv.reader(StringIO(read_text(path, most)), strict=True))
-    except csv.Error as error:
-        raise BadValueError(path, "", f"is not a table of comma-separated values: {error}") from error
-    for number, row in enumerate(rows, 1):
-        if hidden := find_hidden("".join(row), PROSE):
-            raise BadValueError(path, f"row {number}", f"holds {hidden}")
-    return rows
-
-
-def read_number(path: Path, row: int, column: str, text: str) -> float:
-    """Parses a table cell as a finite number; anything else raises a BadValueError."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise BadValueError(path, f"row {row}, {column}", f"is {text!r}, must be a finite number")
-    return value
 
 
 def read_yaml(path: Path) -> Any:

@@ -24,8 +24,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, find_hidden, show_value
 
-# Type of pydantic errors that these checks raise; their message is the problem.
-OURS = "ours"
+OURS = "ours"  # type of pydantic errors that these checks raise; their message is the problem
 # Portable file names of POSIX (3.282, Portable Filename Character Set), short enough for an additional suffix.
 _FILE_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_.-]{0,79}")
 # Names of devices on Windows, reserved with any suffix (Naming Files, Paths, and Namespaces, Microsoft).
@@ -125,8 +124,7 @@ class Whole(Within):
         return "" if value != value else f"; the nearest is {nearest:.12g}"
 
 
-# Seeds of random draws; the range is NumPy's.
-SEEDS = Whole(0, 2**32 - 1)
+SEEDS = Whole(0, 2**32 - 1)  # of random draws; the range is NumPy's
 
 
 @dataclass(frozen=True)
@@ -233,18 +231,16 @@ def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = ""
         return check(value.item() if isinstance(value, np.generic) else value)
     except PydanticCustomError as error:
         context: Mapping[str, Any] = error.context or {}
-        problem = f"{context['problem']} {unit}".strip()
-        raise BadArgumentError(f"{name}{context['at']}", key, problem) from None
+        raise BadArgumentError(f"{name}{context['at']}", key, f"{context['problem']} {unit}".strip()) from None
 
 
 def check_names(path: Path, key: str, names: Iterable[str]) -> None:
     """Raises a BadValueError if a name from a file is not a valid ``Name``; empty names are allowed."""
-    for name in names:
-        if name:
-            try:
-                run_check("", OneLine().check, name)
-            except BadArgumentError as error:
-                raise BadValueError(path, key, error.problem) from error
+    for name in filter(None, names):
+        try:
+            run_check("", OneLine().check, name)
+        except BadArgumentError as error:
+            raise BadValueError(path, key, error.problem) from error
 
 
 def check_path(name: str, value: Any) -> Path:
@@ -287,9 +283,7 @@ def check_fields(instance: Any) -> None:
 class CheckedFields:
     """Base of dataclasses that check their fields when created; an invalid field raises a BadArgumentError."""
 
-    def __post_init__(self) -> None:
-        """Checks the fields."""
-        check_fields(self)
+    __post_init__ = check_fields
 
 
 @lru_cache(maxsize=64)
@@ -306,6 +300,8 @@ def _check_field(hint: Any, owner: str, name: str, value: Any) -> Any:
             return None
         (hint,) = (each for each in typing.get_args(hint) if each is not types.NoneType)
         return _check_field(hint, owner, name, value)
+    if hint is Path:
+        hint = Annotated[Path, Checked(check_path)]
     if typing.get_origin(hint) is typing.Annotated:
         hint, *notes = typing.get_args(hint)
         for note in notes:
@@ -318,11 +314,6 @@ def _check_field(hint: Any, owner: str, name: str, value: Any) -> Any:
         return run_check(owner, checks[0], value, key=name) if checks else _check_field(hint, owner, name, value)
     if isinstance(hint, type) and issubclass(hint, enum.Enum):
         return run_check(owner, OneOf(hint).check, value, key=name)
-    if hint is Path:
-        try:
-            return check_path(name, value)
-        except BadArgumentError as error:
-            raise BadArgumentError(owner, name, error.problem) from error
     if isinstance(hint, type) and not isinstance(value, hint):
         wanted = "true or false" if hint is bool else f"a {hint.__name__}"
         raise BadArgumentError(owner, name, f"is {show_value(value)}, must be {wanted}")

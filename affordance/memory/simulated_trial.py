@@ -2,8 +2,8 @@
 
 from affordance.memory.trial_evidence import FELT_MODELS, TrialEvidence
 from affordance.plant.arm import name_robot
+from affordance.plant.chain_plant import recognise_arm
 from affordance.plant.load import load_arm
-from affordance.plant.serial_chain import recognise_arm
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.systems import measure_geometry
 

@@ -210,7 +210,7 @@ def load_tools(
     path = check_path("path", path)
     folder = path.parent if meshes is None else check_path("meshes", meshes)
     materials = load_materials() if materials is None else check_materials(materials)
-    return build_tools(path, "tools", load_model(path, _ToolsFile).tools, materials, folder, chosen)
+    return _build_tools(path, load_model(path, _ToolsFile).tools, materials, folder, chosen)
 
 
 def list_materials(path: StrPath) -> tuple[str, ...]:
@@ -233,19 +233,18 @@ def select_known(
     return {name: material for name, material in materials.items() if name in names}
 
 
-def build_tools(
+def _build_tools(
     path: Path,
-    key: str,
     entries: Sequence[ToolEntry],
     materials: Mapping[str, Material],
     meshes: Path,
-    chosen: Callable[[str], bool] = lambda name: True,
+    chosen: Callable[[str], bool],
 ) -> tuple[Tool, ...]:
-    """Builds the tools at a key of a file, as ``load_tools`` does; a repeated name raises a BadValueError."""
+    """Builds the chosen tools of a file; a repeated name raises a BadValueError."""
     tools: dict[str, Tool] = {}
     names: set[str] = set()
     for index, entry in enumerate(entries):
-        place = f"{key}[{index}]"
+        place = f"tools[{index}]"
         if entry.name in names:
             problem = f"is {entry.name!r}, the name of an earlier tool of the file"
             raise BadValueError(path, f"{place}.name", problem)
@@ -267,7 +266,7 @@ def build_tools(
             tools[entry.name] = Tool(entry.name, components, grips, weighings=weighings)
         except BadArgumentError as error:
             raise BadValueError(path, f"{place}.{error.source}", error.problem) from error
-        check_parts(path, key, tools.values())
+        _check_parts(path, tools.values())
     return tuple(tools.values())
 
 
@@ -282,10 +281,10 @@ def _list_weighing(
     return (Weighing(parts, entry.mass, entry.mass_sd or WEIGHING_SD * entry.mass),)
 
 
-def check_parts(path: Path, key: str, tools: Iterable[Tool]) -> None:
+def _check_parts(path: Path, tools: Iterable[Tool]) -> None:
     """Raises a BadValueError if the tools have too many parts for a joint belief about their densities."""
     if (count := sum(len(tool.components) for tool in tools)) > _MOST_PARTS:
-        raise BadValueError(path, key, f"have {count} parts in all, must have at most {_MOST_PARTS}")
+        raise BadValueError(path, "tools", f"have {count} parts in all, must have at most {_MOST_PARTS}")
 
 
 def _add_strike(

@@ -9,7 +9,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.serial_chain import build_chain
+from affordance.plant.chain_plant import build_chain
 
 
 class EffectiveMass:

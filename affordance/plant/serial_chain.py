@@ -1,8 +1,8 @@
 """Serial arm with named joints and links: kinematics and dynamics of whole trajectories, in NumPy.
 
 Drake computes one state per call, but figures, heights, regressors and identification need hundreds. All constants
-are read from a Drake plant. Frames: W the world, or the base of a robot; F a joint's frame on its parent, M its
-moving frame; T the end of the chain, which is the tool, or the tip to which a payload is fixed.
+are read from a Drake plant (``chain_plant``). Frames: W the world, or the base of a robot; F a joint's frame on its
+parent, M its moving frame; T the end of the chain, which is the tool, or the tip to which a payload is fixed.
 """
 
 import functools
@@ -13,14 +13,9 @@ from pathlib import Path
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, Frame, Joint, RevoluteJoint
-from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
-from affordance.exceptions import ModelFileError
-from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
-from affordance.plant.arm import Arm
+from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.wrench_regressor import compute_wrench_regressor
 
 _ALL = np.eye(NUM_PARAMETERS)
@@ -218,91 +213,6 @@ class ArmOwner(Protocol):
     @property
     def chain(self) -> SerialChain:
         """Chain of joints and links up to the hand."""
-
-
-@functools.lru_cache(maxsize=4)
-def build_chain(arm: Arm) -> SerialChain:
-    """Builds the chain from W to the tool; joints that are not revolute, or branch, raise a ModelFileError."""
-    plant = arm.plant
-    context = plant.CreateDefaultContext()
-    plant.SetPositions(context, np.zeros(arm.num_joints))
-    joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    moving = sorted((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start)
-    revolute = [joint for joint in moving if isinstance(joint, RevoluteJoint)]
-    if others := [joint.name() for joint in moving if not isinstance(joint, RevoluteJoint)]:
-        raise ModelFileError(arm.source, f"has joint {others[0]}, which is not revolute, as all joints must be")
-    moved = [set(plant.GetBodiesKinematicallyAffectedBy([joint.index()])) for joint in revolute]
-    groups = [own - beyond for own, beyond in zip(moved, [*moved[1:], {arm.tool.index()}], strict=True)]
-    tip = arm.tool.body_frame()
-    chain = read_chain(arm.source, plant, context, plant.world_frame(), revolute, tip, arm.tool.name(), groups)
-    # Detects branching joints, for which the chain computes a wrong position of a point of the tool.
-    p_TQ = np.array([0.1, 0.2, 0.3])
-    q = np.linspace(0.1, 1.0, arm.num_joints)
-    plant.SetPositions(context, q)
-    p_WQ = tip.CalcPoseInWorld(context) @ p_TQ
-    if not np.allclose(chain.compute_positions(q[None], p_TQ)[0], p_WQ, rtol=0.0, atol=1e-9):
-        raise ModelFileError(arm.source, "has joints that are not in series from base to hand")
-    return chain
-
-
-def recognise_arm(arm: Arm) -> str:
-    """Computes the fingerprint that an arm on a stand has in its robot's file, independent of the mounting."""
-    chain, plant = build_chain(arm), arm.plant
-    joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    # By index, because bodies of the stand and the arm may have the same name.
-    above = {joint.child_body().index(): joint.parent_body() for joint in joints}
-    root = min((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start).parent_body()
-    while (below := above.get(root.index())) is not None and below.index() != plant.world_body().index():
-        root = below
-    X_WR = root.EvalPoseInWorld(plant.CreateDefaultContext())
-    R_PF, p_PF = chain.R_PF.copy(), chain.p_PF.copy()
-    R_PF[0] = X_WR.rotation().matrix().T @ R_PF[0]
-    p_PF[0] = X_WR.inverse() @ p_PF[0]
-    return replace(chain, R_PF=R_PF, p_PF=p_PF).fingerprint
-
-
-def read_chain(
-    source: Path,
-    plant: MultibodyPlant,
-    context: Context,
-    start: Frame,
-    joints: Sequence[RevoluteJoint],
-    tip: Frame,
-    tip_name: str,
-    bodies: Sequence[set[BodyIndex]],
-) -> SerialChain:
-    """Reads a chain of joints from a frame to a tip; the context has all joints at zero.
-
-    ``bodies`` are the bodies that move with each joint.
-    """
-    poses = []
-    for joint in joints:
-        poses.append(joint.frame_on_parent().CalcPose(context, start))
-        start = joint.frame_on_child()
-    X_MT = tip.CalcPose(context, start)
-    parameters = np.zeros((len(joints), NUM_PARAMETERS))
-    speeds = np.array([joint.velocity_upper_limits()[0] for joint in joints])
-    accelerations = np.array([joint.acceleration_upper_limits()[0] for joint in joints])
-    for joint, group, row in zip(joints, bodies, parameters, strict=True):
-        if with_mass := [body for body in sorted(group) if plant.get_body(body).default_mass() > 0.0]:
-            row[:] = parameters_from_spatial_inertia(
-                plant.CalcSpatialInertia(context, joint.frame_on_child(), with_mass)
-            )
-    return SerialChain(
-        source=str(source),
-        joint_names=tuple(joint.name() for joint in joints),
-        tip=tip_name,
-        R_PF=np.array([X_PF.rotation().matrix() for X_PF in poses]),
-        p_PF=np.array([X_PF.translation() for X_PF in poses]),
-        axes=np.array([joint.revolute_axis() for joint in joints]),
-        R_MT=X_MT.rotation().matrix(),
-        p_MT=X_MT.translation(),
-        gravity_W=plant.gravity_field().gravity_vector(),
-        link_parameters=parameters,
-        limits=np.array([[joint.position_lower_limits()[0], joint.position_upper_limits()[0]] for joint in joints]).T,
-        velocity_limits=np.where(speeds > 0.0, speeds, np.inf),  # some files have 0 for an unknown limit
-        acceleration_limits=np.where(accelerations > 0.0, accelerations, np.inf),
-    )
 
 
 def _step_along(R: Array, p: Array, w: Array, alpha: Array, a: Array, offset: Array) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from affordance.plant.nail import NailRecord
-from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, mix_colour, tidy
+from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, darken, tidy
 from affordance.reporting.formatting import fold, label
 
 # Colours of the grips.
@@ -52,9 +52,7 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
         name = label(f"resistance of the nail, {grip} (peak {record.resistance.max():.0f} N)", _LEGEND_WIDTH)
         above.plot(times, record.resistance, line, color=colour, linewidth=2.6, label=name)
         name = label(f"contact with the tool, {grip} (peak {record.contact.max():.0f} N)", _LEGEND_WIDTH)
-        above.plot(
-            times, record.contact, line, color=mix_colour(colour, 0.0, 0.5), linewidth=0.8, label=name, zorder=3.0
-        )
+        above.plot(times, record.contact, line, color=darken(colour), linewidth=0.8, label=name, zorder=3.0)
         below.plot(times, _MILLI * record.travel, line, color=colour, linewidth=2.6)
     above.axhline(force_demanded, color="#000000", linestyle=":", label=f"required peak ({force_demanded:.0f} N)")
     above.set_xlim(-0.1 * last, 1.5 * last)

@@ -1,7 +1,7 @@
 """Figures of vision: camera images with detections, and errors of detected features."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -87,7 +87,7 @@ def _find_window(view: CameraView) -> tuple[slice, slice]:
     )
 
 
-def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], claimed: Array) -> Figure:
+def draw_calibration(*, errors: dict[str, Array], targets: Mapping[str, float], claimed: Array) -> Figure:
     """Draws errors of detected features, and the calibration of their stated uncertainty.
 
     Args:

@@ -59,9 +59,9 @@ def tidy(*all_axes: Axes) -> None:
         axes.spines[["top", "right"]].set_visible(False)
 
 
-def mix_colour(colour: str, grey: float, share: float) -> tuple[float, float, float]:
-    """Mixes a colour with black (grey = 0) or white (grey = 1), whose fraction is ``share``."""
-    red, green, blue = ((1.0 - share) * part + share * grey for part in to_rgb(colour))
+def darken(colour: str) -> tuple[float, float, float]:
+    """Mixes a colour with black in equal parts."""
+    red, green, blue = (0.5 * part for part in to_rgb(colour))
     return red, green, blue
 
 

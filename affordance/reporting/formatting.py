@@ -4,7 +4,7 @@ import itertools
 import math
 import re
 import textwrap
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 from affordance.exceptions import show_text
 
@@ -45,16 +45,6 @@ def format_beside(value: float, bound: float, digits: int = 1) -> str:
         if (shown < bound, shown > bound) == (value < bound, value > bound):
             return f"{value:z.{more}f}"
     return f"{value:z.{digits}f}"
-
-
-def format_list(values: Iterable[float], digits: int = 2) -> str:
-    """Formats numbers with the given number of decimals, separated by commas."""
-    return ", ".join(f"{value:z.{digits}f}" for value in values)
-
-
-def format_by_name(values: Mapping[str, float], unit: str, digits: int = 2) -> str:
-    """Formats several values of a quantity with their names: "9.70 J (wood) and 13.70 J (steel)"."""
-    return " and ".join(f"{value:.{digits}f} {unit} ({name})" for name, value in values.items())
 
 
 def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = (), width: int = 0) -> list[str]:

@@ -55,7 +55,6 @@ def draw_lifts(
     weights: Array | None,
     people: Sequence[PeopleMark],
     title: str,
-    people_lifts: Array | None = None,
 ) -> Figure:
     """Draws forces in successive lifts: one panel per learner, with individual observers and human intervals.
 
@@ -64,7 +63,6 @@ def draw_lifts(
         weights: True weight in each of C lifts, (C,), [N]; None if forces were divided by it.
         people: Means of people, drawn in every panel.
         title: Title of the figure.
-        people_lifts: Forces of P people, (P, C), [N], NaN where missing, drawn in the background.
     """
     columns = min(len(curves), _MOST_COLUMNS)
     rows = math.ceil(len(curves) / columns)
@@ -75,8 +73,6 @@ def draw_lifts(
         axes.remove()
     for axes, curve, colour in zip(panels, curves, OBJECT_COLOURS, strict=False):
         lifts = np.arange(1, curve.forces.shape[1] + 1)
-        if people_lifts is not None and len(people_lifts):
-            _draw_people(axes, lifts, people_lifts)
         for row in curve.forces[:_MOST_DRAWN]:
             axes.plot(lifts, row, color=colour, linewidth=0.5, alpha=0.35)
         mean = estimate_mean(curve.forces)
@@ -113,17 +109,6 @@ def draw_lifts(
     figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=2)
     figure.suptitle(title, fontsize=FONT_SIZE + 1)
     return figure
-
-
-def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
-    """Draws human lifts in grey behind the observers' curves: each person thin, and their mean with its interval."""
-    for row in forces[:_MOST_DRAWN]:
-        axes.plot(lifts, row, color=_BLACK, linewidth=0.4, alpha=0.25, zorder=0.5)
-    there = np.isfinite(forces).all(axis=0)
-    mean = estimate_mean(forces[:, there])
-    axes.fill_between(lifts[there], mean.low, mean.high, color=_BLACK, alpha=0.12, linewidth=0.0, zorder=0.6)
-    label = f"{len(forces)} people, mean and 95 % interval"
-    axes.plot(lifts[there], mean.mean, color=_BLACK, linewidth=1.4, alpha=0.55, zorder=0.7, label=label)
 
 
 def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:

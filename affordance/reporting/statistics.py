@@ -1,4 +1,4 @@
-"""Summary statistics of trajectories and choices, with confidence intervals."""
+"""Means and proportions over repeats, with confidence intervals."""
 
 from typing import NamedTuple
 
@@ -21,22 +21,6 @@ class Estimate(NamedTuple):
     def ci95(self) -> Array:
         """Interval as [low, high] along a new last axis, as in metrics.json."""
         return np.stack([self.low, self.high], axis=-1)
-
-
-def compute_drop(heights: Array) -> Array:
-    """Computes how far a height falls below zero over time (last axis): max(0, -lowest), [m]."""
-    return np.maximum(0.0, -heights.min(axis=-1))
-
-
-def compute_lift(heights: Array) -> Array:
-    """Computes how far a height rises above zero over time (last axis): max(0, highest), [m]."""
-    return np.maximum(0.0, heights.max(axis=-1))
-
-
-def compute_excursion(heights: Array) -> Array:
-    """Computes the height of largest magnitude over time (last axis), with sign, [m]."""
-    peaks = np.abs(heights).argmax(axis=-1)
-    return np.take_along_axis(heights, peaks[..., None], axis=-1)[..., 0]
 
 
 def estimate_proportion(hits: Array, count: int) -> Estimate:

@@ -13,8 +13,9 @@ from affordance.arguments import check_kind
 from affordance.exceptions import ModelFileError
 from affordance.files.constraints import StrPath, check_path
 from affordance.plant.arm import ARM
+from affordance.plant.chain_plant import read_chain
 from affordance.plant.load import HAND_FRAME, parse_arm
-from affordance.plant.serial_chain import SerialChain, read_chain
+from affordance.plant.serial_chain import SerialChain
 from affordance.robots.arm_checks import check_arm
 from affordance.robots.chain import find_chain, group_bodies
 from affordance.robots.description import Description

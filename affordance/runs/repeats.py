@@ -132,11 +132,10 @@ def run_repeats(
     repeats: int,
     jobs: int,
     description: str,
-    unit: str = "observer",
 ) -> dict[str, NDArray[Any]]:
     """Runs the repeats that are missing in a folder, one at a time; see ``run_batches``."""
     run_batch = functools.partial(_run_each, run_repeat)
-    return run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description, unit=unit)
+    return run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description)
 
 
 def run_batches(

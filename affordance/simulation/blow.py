@@ -24,7 +24,7 @@ from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.plant.nail import Nail, NailPlacement, NailRecord
+from affordance.plant.nail import NailPlacement, NailRecord
 from affordance.settings import Settings
 from affordance.simulation.diagram import END_MARGIN, TrialDiagram
 from affordance.simulation.trial import TrialRunner, finish, get_runner
@@ -82,13 +82,8 @@ def simulate_blow(
     planned: BlowCost,
     densities: Mapping[Colour, float],
     settings: Settings,
-    *,
-    force: float | None = None,
-    nail: Nail | None = None,
 ) -> Blow:
     """Plans and simulates a blow with a gripped tool of known densities, [kg/m^3], logging every control period.
-
-    ``force`` is the peak resistance, [N], and ``nail`` the simulated nail; by default they are those of the task.
 
     Raises:
         AffordanceError: If no swing is fast enough.
@@ -96,7 +91,7 @@ def simulate_blow(
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)
     model = ArmModel(load_arm(settings.arm))
-    strike = plan_strike(planned, hammer, model, tool.parameters, settings, force=force, nail=nail)
+    strike = plan_strike(planned, hammer, model, tool.parameters, settings)
     runner = get_runner(every_tick)
     memory = MaterialMemory.from_densities(densities)
     record, nail_record = run_blow(runner, tool, strike, memory, seed=(0,))

@@ -27,9 +27,10 @@ from affordance.control.systems import MpcController, TaskSystem
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel, compute_stiffness
+from affordance.plant.chain_plant import build_chain
 from affordance.plant.load import add_arm, load_arm
 from affordance.plant.nail import NailPlacement, NailResistance
-from affordance.plant.serial_chain import SerialChain, build_chain
+from affordance.plant.serial_chain import SerialChain
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.settings import Settings

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from affordance.arguments import Seed
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.motion_cost import measure_cost
@@ -37,15 +36,11 @@ class Rollout(NamedTuple):
 
 def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
     """Simulates a reach with a gripped tool of known densities, [kg/m^3], and logs every control period."""
-    return follow_path(tool.with_densities(densities), task, MaterialMemory.from_densities(densities), settings, 0)
-
-
-def follow_path(tool: Tool, task: Reach, memory: MaterialMemory, settings: Settings, seed: Seed) -> Rollout:
-    """Simulates a reach with a gripped tool and an observer's memory, and logs every control period."""
+    tool, memory = tool.with_densities(densities), MaterialMemory.from_densities(densities)
     runner = get_runner(dataclasses.replace(settings, log_period=settings.control_period))
     trial = runner.get_diagram(task.duration, tool)
     following = task.begin(trial.model, tool.p_TTfree)
-    record = runner.run(tool, following, memory, duration=task.duration, seed=seed)
+    record = runner.run(tool, following, memory, duration=task.duration, seed=0)
     p_WF = trial.chain.compute_positions(record.q, tool.p_TTfree)
     work, effort = measure_cost(record.tau, record.v, settings.control_period)
     return Rollout(work, effort, p_WF, following.list_places(record.times), record)

@@ -32,8 +32,7 @@ _LOG = logging.getLogger(__name__)
 _MAX_DIAGRAMS = 8
 # Longest presentation, [s]; a longer one is probably in the wrong unit. Simulating a second takes 0.05 s.
 DURATION_MAX = 3600.0
-# Largest number of control, sample or log periods in a presentation.
-_MOST_PERIODS = 200_000
+_MOST_PERIODS = 200_000  # largest number of control, sample or log periods in a presentation
 _MEMORIES = "MaterialMemory() knows nothing yet"
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio
 
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
+from affordance.plant.chain_plant import build_chain
 from affordance.plant.load import load_arm
-from affordance.plant.serial_chain import build_chain
 from studies.speed.peer_arms import build_pinocchio
 from studies.speed.timing import time_by_turns
 

@@ -12,7 +12,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.serial_chain import build_chain
+from affordance.plant.chain_plant import build_chain
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord

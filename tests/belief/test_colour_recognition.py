@@ -4,6 +4,7 @@ from scipy.stats import multivariate_normal
 
 from affordance.belief.colour_recognition import CERTAIN, GAMUT_VOLUME, JUST_NOTICEABLE, compute_colour_probabilities
 from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.learner import describe_prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.colour import convert_to_lab
 
@@ -52,15 +53,18 @@ def test_ambiguous_colour_has_the_moments_of_the_mixture(rng):
     covariance = np.array([[200.0**2, 0.5 * 200 * 300], [0.5 * 200 * 300, 300.0**2]])
     belief = DensityBelief.from_moments(np.array([8000.0, 3000.0]), covariance)
     probabilities = np.array([0.5, 0.3, 0.2])
-    extended = belief.extend_by_mixture(probabilities, PRIOR)
+    memory = MaterialMemory.from_belief((BRASS, STEEL), belief)
+    state, index = memory.learner.meet({**memory.state, **describe_prior(PRIOR, 1)}, probabilities)
+    assert index == 2
+    extended = memory.learner.believe(state)
     known = rng.multivariate_normal(belief.untruncated_mean, covariance, 400_000)
     never = rng.normal(PRIOR.mode, PRIOR.sd, len(known))
     which = rng.choice(3, len(known), p=probabilities)
     mixed = np.choose(which, [known[:, 0], known[:, 1], never])
     drawn = np.column_stack([known, mixed])
-    np.testing.assert_allclose(extended.untruncated_mean, drawn.mean(axis=0), atol=20.0)
+    np.testing.assert_allclose(extended.mean[0], drawn.mean(axis=0), atol=20.0)
     scale = np.sqrt(np.diag(np.cov(drawn.T)))
-    np.testing.assert_allclose(extended.covariance / np.outer(scale, scale), np.corrcoef(drawn.T), atol=0.01)
+    np.testing.assert_allclose(extended.covariance[0] / np.outer(scale, scale), np.corrcoef(drawn.T), atol=0.01)
 
 
 def test_what_is_felt_of_an_ambiguous_colour_teaches_both_materials():

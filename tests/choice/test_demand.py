@@ -9,7 +9,7 @@ from affordance.choice.hammer import load_hammer
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.serial_chain import build_chain
+from affordance.plant.chain_plant import build_chain
 from affordance.settings import Settings
 
 

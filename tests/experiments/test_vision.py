@@ -9,7 +9,7 @@ from helpers.results_files import read_section
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
-from affordance.experiments import vision
+from affordance.experiments import random_objects, vision
 from affordance.experiments.observers import Setup
 from affordance.experiments.random_objects import MAX_PARTS, draw_object
 from affordance.objects.tool import find_box
@@ -86,12 +86,15 @@ def draw_crumb():
     return dataclasses.replace(tool, components=(small,))
 
 
+def replace_objects(monkeypatch, draw):
+    for module in (random_objects, vision):
+        monkeypatch.setattr(module, "draw_numbered_object", draw)
+
+
 def test_object_that_is_not_detected_is_counted_and_its_picture_kept(tmp_path, monkeypatch):
     """Every other object is too small to be detected."""
-    draw = vision.draw_numbered_object
-    monkeypatch.setattr(
-        vision, "draw_numbered_object", lambda seed, number: draw_crumb() if number % 2 else draw(seed, number)
-    )
+    draw = random_objects.draw_numbered_object
+    replace_objects(monkeypatch, lambda seed, number: draw_crumb() if number % 2 else draw(seed, number))
     results = vision.run(Setup(observers=2, out=tmp_path))
     numbers = results.numbers
     assert (numbers["objects"], numbers["failures"], numbers["failures_coverage"]) == (2, 1, 2)
@@ -108,7 +111,7 @@ def test_object_that_is_not_detected_is_counted_and_its_picture_kept(tmp_path, m
 
 
 def test_data_of_what_is_not_detected_have_the_shapes_of_what_is(shipped, monkeypatch):
-    monkeypatch.setattr(vision, "draw_numbered_object", lambda seed, number: draw_crumb())
+    replace_objects(monkeypatch, lambda seed, number: draw_crumb())
     missed, detected = vision.observe(Setup(), 0), shipped.data.isel(object=0)
     assert (str(detected.failure.values), str(missed.failure.values)) == ("", "TooSmallError")
     assert np.isnan(missed.mass_error)
@@ -129,7 +132,7 @@ def test_wrong_number_of_parts_is_a_failure(monkeypatch):
 
 
 def test_numbers_where_nothing_was_detected_are_none(monkeypatch):
-    monkeypatch.setattr(vision, "draw_numbered_object", lambda seed, number: draw_crumb())
+    replace_objects(monkeypatch, lambda seed, number: draw_crumb())
     data = xr.concat([vision.observe(Setup(), number) for number in range(2)], "object")
     numbers = vision.measure(data.assign(seconds=("object", [0.1, 0.1])), 2)
     for key in ("mass_error_median", "mass_bias_median", "mass_interval90_coverage", "colour_error_median"):

@@ -10,7 +10,7 @@ from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
 from affordance.files import bounded
-from affordance.files.bounded import SETTINGS, check_yaml, read_bytes, read_csv, read_json, read_text, read_yaml
+from affordance.files.bounded import SETTINGS, check_yaml, read_bytes, read_json, read_text, read_yaml
 
 NINE_DEEP = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]\n" for level in range(1, 10)
@@ -138,9 +138,3 @@ def test_files_of_other_programs_may_have_tags_of_their_own(write):
 
 def test_prose_in_yaml_may_have_lines_and_wide_spaces(write):
     assert read_yaml(write("a: |\n  one\u00a0m\n  two\n")) == {"a": "one\u00a0m\ntwo\n"}
-
-
-def test_cells_of_tables_are_seen(tmp_path):
-    path = tmp_path / "people.csv"
-    path.write_text("name,kg\nanna,1\nb\u202eo,2\n", encoding="utf-8")
-    assert "people.csv: row 3: holds the hidden character U+202E" in refuse(read_csv, path)

@@ -17,7 +17,7 @@ from affordance.control import swing
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.exceptions import AffordanceError
 from affordance.plant.arm import Arm
-from affordance.plant.serial_chain import build_chain
+from affordance.plant.chain_plant import build_chain
 
 # Functions that a test may replace; nothing is kept then.
 _SOLVERS = (MinimumAccelerationMpc.solve, swing._solve)

@@ -23,15 +23,3 @@ def compute_once[T](tmp_path_factory, name: str, compute: Callable[[], T]) -> T:
             path.write_bytes(pickle.dumps(compute()))
     found: T = pickle.loads(path.read_bytes())
     return found
-
-
-def make_folder_once(tmp_path_factory, name: str, fill: Callable):
-    """Returns a folder that a function filled; it is called with the folder by the first process that asks."""
-    path = find_shared_folder(tmp_path_factory) / name
-
-    def make() -> None:
-        path.mkdir()
-        fill(path)
-
-    compute_once(tmp_path_factory, f"{name}_done", make)
-    return path

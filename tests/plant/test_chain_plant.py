@@ -1,15 +1,21 @@
-"""Torques of a chain that was read from a robot's file, and the plant that is built of it."""
+"""Chains that are read from plants and robots' files, their torques, and the plant that is built of a chain."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio
 import pytest
 from helpers.generated_runs import PAYLOAD, build_robot
 from numpy.testing import assert_allclose
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import PrismaticJoint, RevoluteJoint, SpatialInertia, WeldJoint
 
+from affordance.exceptions import ModelFileError
+from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
-from affordance.plant.chain_plant import build_arm
+from affordance.plant.chain_plant import build_arm, build_chain, recognise_arm
 
 
 @pytest.fixture(scope="module")
@@ -80,3 +86,52 @@ def test_a_link_without_mass_is_planted(robot, rng):
 
 def test_an_arm_prints_its_joints(robot):
     assert repr(robot).endswith("to flange: joint_1, joint_2, joint_3, joint_4, joint_5, joint_6)")
+
+
+def test_an_arm_is_recognised_wherever_its_stand_is_even_if_names_are_those_of_its_own_parts():
+    def mount(stand=""):
+        plant, inertia = MultibodyPlant(0.0), SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+        mount, own = plant.world_body(), plant.AddModelInstance("arm")
+        if stand:
+            mount = plant.AddRigidBody(stand, plant.AddModelInstance("stand"), inertia)
+            X_WB = RigidTransform(RotationMatrix.MakeXRotation(0.3), [0.1, 0.2, 1.0])
+            plant.AddJoint(WeldJoint("turn", plant.world_frame(), mount.body_frame(), X_WB))
+        base, first, second = (plant.AddRigidBody(name, own, inertia) for name in ("base", "first", "second"))
+        plant.WeldFrames(mount.body_frame(), base.body_frame(), RigidTransform())
+        plant.AddJoint(RevoluteJoint("turn", base.body_frame(), first.body_frame(), [0, 0, 1]))
+        plant.AddJoint(RevoluteJoint("bend", first.body_frame(), second.body_frame(), [0, 1, 0]))
+        plant.Finalize()
+        return Arm(Path("two.sdf"), plant, second.body_frame(), second, np.zeros(2), None)
+
+    bare = build_chain(mount()).fingerprint
+    assert [recognise_arm(mount(stand)) for stand in ("", "plate", "base", "first")] == [bare] * 4
+
+
+def join_two_bodies(connect):
+    """A plant of two bodies whose joints ``connect`` adds, with a tool on the second."""
+    plant = MultibodyPlant(0.0)
+    inertia = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+    first, second = plant.AddRigidBody("first", inertia), plant.AddRigidBody("second", inertia)
+    connect(plant, first, second)
+    plant.Finalize()
+    return Arm(Path("two.sdf"), plant, second.body_frame(), second, np.zeros(plant.num_positions()), None)
+
+
+def test_sliding_joint_is_refused():
+    def connect(plant, first, second):
+        plant.AddJoint(RevoluteJoint("turn", plant.world_frame(), first.body_frame(), [0, 0, 1]))
+        plant.AddJoint(PrismaticJoint("slide", first.body_frame(), second.body_frame(), [1, 0, 0]))
+
+    with pytest.raises(ModelFileError, match=r"two.sdf: has joint slide, which is not revolute"):
+        build_chain(join_two_bodies(connect))
+
+
+def test_branching_joints_are_refused():
+    def connect(plant, first, second):
+        plant.AddJoint(RevoluteJoint("left", plant.world_frame(), first.body_frame(), [0, 0, 1]))
+        plant.WeldFrames(plant.world_frame(), second.body_frame(), second.body_frame().GetFixedPoseInBodyFrame())
+        third = plant.AddRigidBody("third", SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+        plant.AddJoint(RevoluteJoint("right", second.body_frame(), third.body_frame(), [0, 1, 0]))
+
+    with pytest.raises(ModelFileError, match=r"two.sdf: has joints that are not in series"):
+        build_chain(join_two_bodies(connect))

@@ -1,16 +1,9 @@
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-import pytest
-from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, RevoluteJoint, SpatialInertia, WeldJoint
+from pydrake.multibody.tree import JacobianWrtVariable
 
-from affordance.exceptions import ModelFileError
-from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.serial_chain import build_chain, recognise_arm
 
 
 def test_dynamics_are_motion_torques_and_regressors_to_the_last_bit(chain, rng):
@@ -56,52 +49,3 @@ def test_torques_of_the_links_agree_with_drake_whatever_the_tool(arm, chain, rng
         model.set_state(np.concatenate([q[k], v[k]]))
         damping = np.array([joint.default_damping() for joint in map(arm.plant.GetJointByName, chain.joint_names)])
         np.testing.assert_allclose(torque + damping * v[k], model.compute_inverse_dynamics(vdot[k]), atol=1e-11)
-
-
-def test_an_arm_is_recognised_wherever_its_stand_is_even_if_names_are_those_of_its_own_parts():
-    def mount(stand=""):
-        plant, inertia = MultibodyPlant(0.0), SpatialInertia.SolidSphereWithMass(1.0, 0.1)
-        mount, own = plant.world_body(), plant.AddModelInstance("arm")
-        if stand:
-            mount = plant.AddRigidBody(stand, plant.AddModelInstance("stand"), inertia)
-            X_WB = RigidTransform(RotationMatrix.MakeXRotation(0.3), [0.1, 0.2, 1.0])
-            plant.AddJoint(WeldJoint("turn", plant.world_frame(), mount.body_frame(), X_WB))
-        base, first, second = (plant.AddRigidBody(name, own, inertia) for name in ("base", "first", "second"))
-        plant.WeldFrames(mount.body_frame(), base.body_frame(), RigidTransform())
-        plant.AddJoint(RevoluteJoint("turn", base.body_frame(), first.body_frame(), [0, 0, 1]))
-        plant.AddJoint(RevoluteJoint("bend", first.body_frame(), second.body_frame(), [0, 1, 0]))
-        plant.Finalize()
-        return Arm(Path("two.sdf"), plant, second.body_frame(), second, np.zeros(2), None)
-
-    bare = build_chain(mount()).fingerprint
-    assert [recognise_arm(mount(stand)) for stand in ("", "plate", "base", "first")] == [bare] * 4
-
-
-def build_arm(connect):
-    """A plant of two bodies whose joints ``connect`` adds, with a tool on the second."""
-    plant = MultibodyPlant(0.0)
-    inertia = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
-    first, second = plant.AddRigidBody("first", inertia), plant.AddRigidBody("second", inertia)
-    connect(plant, first, second)
-    plant.Finalize()
-    return Arm(Path("two.sdf"), plant, second.body_frame(), second, np.zeros(plant.num_positions()), None)
-
-
-def test_sliding_joint_is_refused():
-    def connect(plant, first, second):
-        plant.AddJoint(RevoluteJoint("turn", plant.world_frame(), first.body_frame(), [0, 0, 1]))
-        plant.AddJoint(PrismaticJoint("slide", first.body_frame(), second.body_frame(), [1, 0, 0]))
-
-    with pytest.raises(ModelFileError, match=r"two.sdf: has joint slide, which is not revolute"):
-        build_chain(build_arm(connect))
-
-
-def test_branching_joints_are_refused():
-    def connect(plant, first, second):
-        plant.AddJoint(RevoluteJoint("left", plant.world_frame(), first.body_frame(), [0, 0, 1]))
-        plant.WeldFrames(plant.world_frame(), second.body_frame(), second.body_frame().GetFixedPoseInBodyFrame())
-        third = plant.AddRigidBody("third", SpatialInertia.SolidSphereWithMass(1.0, 0.1))
-        plant.AddJoint(RevoluteJoint("right", second.body_frame(), third.body_frame(), [0, 1, 0]))
-
-    with pytest.raises(ModelFileError, match=r"two.sdf: has joints that are not in series"):
-        build_chain(build_arm(connect))

@@ -6,9 +6,7 @@ from affordance.reporting.formatting import (
     count_observers,
     fold,
     format_beside,
-    format_by_name,
     format_duration,
-    format_list,
     format_number,
     label,
     tabulate,
@@ -71,14 +69,6 @@ def test_side_of_a_bound_is_seen_whatever_the_numbers(rng):
         for value in bound + rng.choice([-1.0, 1.0], 20) * 10.0 ** rng.uniform(-7.0, 1.0, 20):
             shown = float(format_beside(value, bound))
             assert (shown < bound, shown > bound) == (value < bound, value > bound)
-
-
-def test_lists_and_quantities_by_name():
-    assert format_list([1.0, 2.345, -0.1]) == "1.00, 2.35, -0.10"
-    assert format_list([1.5, 2.5], 0) == "2, 2"
-    assert format_list([]) == ""
-    assert format_by_name({"wood": 9.7, "steel": 13.704}, "J") == "9.70 J (wood) and 13.70 J (steel)"
-    assert format_by_name({"wood": 9.7}, "N", 0) == "10 N (wood)"
 
 
 def test_one_observer_is_one():

@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose
 
 from affordance.exceptions import AffordanceError
 from affordance.plant.arm import ARM
+from affordance.plant.chain_plant import build_chain
 from affordance.plant.load import load_arm
-from affordance.plant.serial_chain import build_chain
 from affordance.robots.recorded_arm import load_robot
 
 

@@ -198,10 +198,6 @@ class PayloadLikelihood:
         H = TKT - D @ inverse @ D.transpose(0, 2, 1)
         return H, TKx - (TKA @ g[:, :, None] + D @ inverse @ at.c[..., None])[..., 0]
 
-    def estimate_change(self, pi: Array) -> float:
-        """Computes the most probable u given a load, shape (10,): the common change of gains over its SD."""
-        return self._estimate_change(self._condition(pi))
-
     def _estimate_change(self, at: _AtLoad) -> float:
         if not self._has_shared:
             return 0.0

@@ -27,7 +27,7 @@ from affordance.identification.posterior.log_cholesky import (
     parameters_from_theta,
     theta_from_parameters,
 )
-from affordance.identification.posterior.payload_fit import build_channel_prior
+from affordance.identification.posterior.payload_fit import PayloadFit, build_channel_prior
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
@@ -92,6 +92,12 @@ class Expectation:
         prior = SolidPrior.for_hand().with_mass(mass, _MASS_SD * mass)
         bodies = prior.draw_theta(np.random.default_rng(0), _NUM_BODIES)
         return cls(robot, gains, error_density, bodies, build_phantom_covariance(floor))
+
+    @classmethod
+    def after_run(cls, robot: SerialChain, gains: Gains, fit: PayloadFit, settings: IdentificationSettings) -> Self:
+        """Builds the expectation of the most probable body of a run; gains are those known before it."""
+        density, floor = fit.long_run_variance / fit.evidence.rate, fit.evidence.phantom_covariance
+        return cls(robot, gains, density, fit.mode.theta[None], floor, settings=settings)
 
     def of_task(self, pi: Array, compute_cost: Callable[[Array], Array]) -> Self:
         """Returns the expectation of a known body, (10,), with the slope of a task's cost.
@@ -201,3 +207,8 @@ def fill_signal(statistics: JointStatistics, gain: Array, pi: Array, *, has_arm:
     load = np.concatenate([[float(has_arm)], pi])
     weights[:, LOAD, SIGNAL] = (gain[:, :, None] * load).reshape(len(gain), -1)
     return replace(statistics, products=weights.transpose(0, 2, 1) @ statistics.products @ weights)
+
+
+def format_sd(number: float) -> str:
+    """Formats a standard deviation with two significant digits, without an exponent."""
+    return np.format_float_positional(number, precision=2, fractional=False, trim="-")

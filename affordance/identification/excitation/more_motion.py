@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.excitation.expectation import Aim, Expectation, Spread
+from affordance.identification.excitation.expectation import Aim, Expectation, Spread, format_sd
 from affordance.identification.excitation.planned_motion import (
     FourierFamily,
     MotionFamily,
@@ -52,14 +52,7 @@ def suggest_motion(
         return
     rate = fit.evidence.rate
     evidence = replace(fit.evidence, least_variance=fit.long_run_variance)
-    expectation = Expectation(
-        robot,
-        gains,
-        fit.long_run_variance / rate,
-        fit.mode.theta[None],
-        evidence.phantom_covariance,
-        settings=settings,
-    )
+    expectation = Expectation.after_run(robot, gains, fit, settings)
     now = expectation.measure(evidence, fit.statistics)
     rng, times = np.random.default_rng(0), list_times(_SECONDS)
     found: list[tuple[str, Spread]] = []
@@ -85,7 +78,7 @@ def suggest_motion(
             before, least, alone = stated, least / before * stated, ""  # as in the table
         elif least >= stated:
             continue
-        sds = [_format_number(factor * sd) for sd in (before, least)]
+        sds = [format_sd(factor * sd) for sd in (before, least)]
         if least < _HELPS * before:
             yield (
                 f"{_SECONDS:g} s more, moving {words}, would reduce the SD of the {name} from {sds[0]} to "
@@ -114,11 +107,6 @@ def suggest_run(belief: PayloadBelief) -> str:
     if not evidence.is_repeated:
         return "record the same motion with an empty hand: an arm fitted to other motions is too uncertain"
     return "move slowly through other postures; affordance excite --for mass designs the motion"
-
-
-def _format_number(number: float) -> str:
-    """Formats a number with two significant digits, without an exponent."""
-    return np.format_float_positional(number, precision=2, fractional=False, trim="-")
 
 
 def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from affordance.identification.evidence.evidence import build_evidence
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.excitation.expectation import Expectation
+from affordance.identification.excitation.expectation import Expectation, format_sd
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import IdentificationSettings
@@ -28,14 +28,7 @@ def suggest_posture(
     fit, kind = belief.fit, belief.fit.evidence.kind
     run = fit.evidence.prepared
     evidence = replace(fit.evidence, least_variance=fit.long_run_variance)
-    expectation = Expectation(
-        robot,
-        gains,
-        fit.long_run_variance / evidence.rate,
-        fit.mode.theta[None],
-        evidence.phantom_covariance,
-        settings=settings,
-    )
+    expectation = Expectation.after_run(robot, gains, fit, settings)
     low, high = robot.limits
     rows = np.unique(np.linspace(0, len(run.q) - 1, _BASES).astype(int))
     turns = [(row, joint, turn) for row in rows for joint in range(robot.num_joints) for turn in _TURNS]
@@ -55,7 +48,7 @@ def suggest_posture(
         found[number] = expectation.measure(evidence, total)[i]
     best = int(found.argmin())
     row, joint, turn = turns[best]
-    before, after = (np.format_float_positional(1e3 * sd, 2, fractional=False, trim="-") for sd in (now, found[best]))
+    before, after = (format_sd(1e3 * sd) for sd in (now, found[best]))
     if found[best] < _HELPS * now:
         yield (
             f"hold one more posture: posture {row + 1} with {robot.joint_names[joint]} turned by "

@@ -24,7 +24,7 @@ from affordance.plant.serial_chain import ChainDynamics, ChainMotion, SerialChai
 _USED = 0.95
 # Number of harmonics of the series, and fewest samples of a motion: sixteen in a period of the highest harmonic.
 _TERMS, _FEWEST = 5, 80
-_RATE = 10.0  # sampling rate at which motions are compared, [Hz]
+_RATE, _WAY_RATE = 10.0, 50.0  # sampling rates at which motions are compared, and of ways to and from them, [Hz]
 # Mean speed of a sweep, at which the direction of friction is certain, and its least duration, [rad/s, s].
 _SWEEP_SPEED, _SHORTEST = 0.1, 0.2
 _PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # peaks of a minimum-jerk move by 1 rad in 1 s
@@ -150,10 +150,10 @@ def list_times(duration: float, rate: float = _RATE) -> Array:
     return np.linspace(0.0, duration, max(_FEWEST, round(duration * rate)) + 1)
 
 
-def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array, rate: float = 50.0) -> PreparedRun:
+def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array) -> PreparedRun:
     """Plans a minimum-jerk move from rest to rest, straight in joint angles, within limits of speed and acceleration.
 
-    Start and end have shape (n,), [rad]; the rate is in [Hz]. Torques and collisions are not checked.
+    Start and end have shape (n,), [rad]. Torques and collisions are not checked.
     """
     step = end - start
     duration = max(
@@ -162,7 +162,7 @@ def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array,
         1.0,
     )
     while True:
-        times = np.linspace(0.0, duration, max(2, round(duration * rate)) + 1)
+        times = np.linspace(0.0, duration, max(2, round(duration * _WAY_RATE)) + 1)
         x = (times / duration)[:, None]
         motion = to_motion(
             times,

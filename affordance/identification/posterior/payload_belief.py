@@ -34,8 +34,7 @@ _LIGHT = 0.25
 # they count as known in any case.
 _SHARP, _SHARP_SHARE = 0.005, 0.1
 _OF_COM = np.isin(np.arange(len(QUANTITIES)), np.r_[COM])
-# Effective sample size below which the tails of an interval are unreliable.
-_FEW_SAMPLES = 100.0
+_FEW_SAMPLES = 100.0  # effective sample size below which the tails of an interval are unreliable
 # Probability below which an object is not what it looks like.
 SURPRISE = 0.001
 
@@ -275,9 +274,8 @@ class PayloadBelief:
 
     def to_dict(self) -> dict[str, Any]:
         """Returns all results as plain numbers and texts for JSON, in SI units, at the tip."""
-        m = self.marginals
+        m, moments = self.marginals, slice(4, 10)
         pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])
-        moments = slice(4, 10)
         content: dict[str, Any] = {
             "trusted": self.is_trusted,
             "doubts": list(self.doubts),

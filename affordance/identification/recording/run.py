@@ -51,8 +51,7 @@ _HINTS = {
     "vdot": "are these degrees? then its description must have 'units: {vdot: deg/s^2}'",
     "current": "are these milliamperes? then its description must have 'units: {current: mA}'",
 }
-# Tolerance with which samples of two recordings are compared, as a share of a signal's range, and in [rad] for
-# angles.
+# Tolerance for comparing samples of two recordings: a share of a signal's range, or [rad] for angles.
 _SAME = 1e-3
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
@@ -145,9 +144,8 @@ class Run:
         optional = [name for name in ("v", "vdot") if getattr(self, name) is not None]
         for name in ("times", "q", "signal", *optional):
             object.__setattr__(self, name, read_numbers(name, getattr(self, name)))
-        check_array(
-            "times", np.zeros_like(self.times), (None,)
-        )  # only the shape: the numbers are checked below, with their rows
+        # Only the shape: the numbers are checked below, with their rows.
+        check_array("times", np.zeros_like(self.times), (None,))
         joints = self.description.joint_names
         tables = {"q": self.q, "v": self.v, "vdot": self.vdot, self.signal_name: self.signal}
         given = {name: values for name, values in tables.items() if values is not None}

@@ -194,7 +194,7 @@ def _check_size(path: Path, size: float, number: int) -> None:
 
 
 def _build_table(path: Path, arrays: dict[str, Array]) -> RunTable:
-    """Builds a table from arrays along time; the columns of a matrix become NAME_1, NAME_2 and so on."""
+    """Builds a table from arrays along time, in either orientation; constants are left out."""
     check_names(path, "columns", tuple(arrays))
     flat = {
         name: values.ravel() if max(values.shape, default=0) == values.size else values
@@ -204,7 +204,7 @@ def _build_table(path: Path, arrays: dict[str, Array]) -> RunTable:
     if not lengths:
         raise BadValueError(path, "", "has no array of numbers along time")
     length = len(flat["time"]) if "time" in flat else max(set(lengths), key=lengths.count)
-    names, columns = [], []
+    columns = {}
     for name, values in flat.items():
         if values.ndim == 2 and values.shape[1] == length != values.shape[0]:
             values = values.T
@@ -215,16 +215,10 @@ def _build_table(path: Path, arrays: dict[str, Array]) -> RunTable:
                 f"has shape {arrays[name].shape}, must have the {length} samples of the others along one dimension"
             )
             raise BadValueError(path, name, problem)
-        if values.ndim == 1:
-            names.append(name)
-            columns.append(values)
-        else:
-            names += [f"{name}_{i + 1}" for i in range(values.shape[1])]
-            columns += list(values.T)
-    table = np.column_stack(columns)
-    if not np.isfinite(table).all():
-        row, column = np.argwhere(~np.isfinite(table))[0]
-        raise BadValueError(
-            path, f"row {row + 1}, column {names[column]}", f"is {table[row, column]}, must be finite"
-        )
-    return RunTable(tuple(names), table, np.arange(1, length + 1))
+        columns[name] = values
+    table = RunTable.from_arrays(columns)
+    if not np.isfinite(table.values).all():
+        row, column = np.argwhere(~np.isfinite(table.values))[0]
+        problem = f"is {table.values[row, column]}, must be finite"
+        raise BadValueError(path, f"row {row + 1}, column {table.names[column]}", problem)
+    return table

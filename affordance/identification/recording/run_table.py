@@ -4,7 +4,7 @@ import csv
 import math
 import warnings
 from array import array
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from io import BytesIO, StringIO
 from itertools import chain
 from pathlib import Path
@@ -32,6 +32,15 @@ class RunTable(NamedTuple):
     rows: NDArray[np.intp]  # row of the file that holds each sample, from 1, shape (N,)
     num_torn: int = 0  # number of incomplete rows that were left out
     joint_names: tuple[str, ...] = ()  # names of the joints if the file gives them
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, Array]) -> "RunTable":
+        """Builds a table from arrays, (N,) or (N, C); the columns of a matrix become NAME_1, NAME_2 and so on."""
+        names: list[str] = []
+        for name, values in arrays.items():
+            names += [name] if values.ndim == 1 else [f"{name}_{i + 1}" for i in range(values.shape[1])]
+        table = np.column_stack(list(arrays.values()))
+        return cls(tuple(names), table, np.arange(1, len(table) + 1))
 
 
 def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
@@ -172,18 +181,11 @@ def read_netcdf(path: Path) -> RunTable:
     if "time" not in variables:
         raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
     length = len(variables["time"])
-    names, columns = [], []
     for name, values in variables.items():
         if values.ndim not in (1, 2) or len(values) != length:
             problem = f"has shape {values.shape}, must have the {length} samples of time along its first dimension"
             raise BadValueError(path, name, problem)
-        if values.ndim == 1:
-            names.append(name)
-            columns.append(values)
-        else:
-            names += [f"{name}_{i + 1}" for i in range(values.shape[1])]
-            columns += list(values.T)
-    return RunTable(tuple(names), np.column_stack(columns), np.arange(1, length + 1))
+    return RunTable.from_arrays(variables)
 
 
 def _is_number(cell: str) -> bool:
