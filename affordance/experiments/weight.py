@@ -30,7 +30,7 @@ from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
 NEEDS = ("objects",)  # what the arm must be able to do: take objects into its hand
-OBJECTS = "tools/weight.yaml"  # in the folder of models; the last object is the decoy
+OBJECTS = "tools/weight.yaml"  # in models/, or in the folder that --robot names; the last object is the decoy
 DURATION = 3.0  # of each hold, [s]
 QUARTILES = (0.25, 0.5, 0.75)
 
