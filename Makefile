@@ -4,6 +4,7 @@ PYTHON := $(VENV)/bin/python
 # Exact versions, for what is installed and for what builds it.
 export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
 .PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench trust numbers kept-numbers robustness-proof clean
@@ -16,6 +17,7 @@ $(PYTHON):
 	@python=$$(./.ci/find_python.sh) && "$$python" -m venv $(VENV)
 
 $(VENV)/run.stamp: $(PYTHON) pyproject.toml constraints.txt
+	@echo "Installs Drake and other libraries into $(VENV): one to three minutes without further output."
 	$(PYTHON) -m pip install --quiet --editable .
 	$(PYTHON) -m affordance doctor --install
 	@touch $@

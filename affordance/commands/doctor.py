@@ -15,8 +15,16 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.version import __version__
 
-# Optional extras, each with a module that it installs.
-EXTRAS = {"cluster": "distributed", "bags": "rosbags", "xacro": "xacrodoc", "film": "imageio_ffmpeg"}
+# Optional extras of users, each with a module that it installs and what it is for.
+EXTRAS = {
+    "cluster": ("distributed", "for --cluster"),
+    "bags": ("rosbags", "reads ROS bags"),
+    "parquet": ("pyarrow", "reads Parquet and LeRobot recordings"),
+    "people": ("arviz", "summarises fits to people"),
+    "tutorials": ("jupyterlab", "opens the tutorials as notebooks"),
+    "xacro": ("xacrodoc", "reads xacro templates"),
+    "film": ("imageio_ffmpeg", "writes films as WebM and MP4"),
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,10 +59,10 @@ def run(arguments: argparse.Namespace) -> int:
         tell(name, *_try(check))
     has_models = (MODELS / "arm.sdf").exists()
     tell("models", has_models, str(MODELS) if has_models else f"missing: {MODELS}")
-    for extra, module in EXTRAS.items():
+    for extra, (module, purpose) in EXTRAS.items():
         is_there = importlib.util.find_spec(module) is not None
-        how = f"not installed; run: pip install '.[{extra}]' in a clone"
-        tell(f"[{extra}]", is_there, "installed" if is_there else how)
+        how = f"not installed ({purpose}); to install: pip install '.[{extra}]' in a clone"
+        tell(f"[{extra}]", is_there, f"installed ({purpose})" if is_there else how)
     if arguments.json:
         print(
             json.dumps({name: {"works": works, "message": line} for name, (works, line) in found.items()}, indent=2)

@@ -178,11 +178,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
-    """Identifies the recording that comes with the package."""
+    """Identifies the recording that comes with the package; its hand counts as the flange of a controller."""
     names = ("loaded", "empty", "object", "description", "tip", "base")
     check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in names})
     words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
-    announce(arguments, ["identify", *words, "--size-error", 0.02, "--unseen", 0.02])
+    arguments.flange = arguments.flange or HAND_FRAME
+    announce(arguments, ["identify", *words, "--size-error", 0.02, "--unseen", 0.02, "--flange", arguments.flange])
     arguments.demo, arguments.robot, arguments.loaded, arguments.empty = False, ARM_FILE, LOADED, [EMPTY]
     arguments.object, arguments.object_name = STOCK, PIECE
     arguments.size_error = arguments.unseen = 0.02

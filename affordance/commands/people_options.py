@@ -7,6 +7,7 @@ from pathlib import Path
 from affordance.belief.learner import Learner
 from affordance.belief.learners import LEARNERS, RIVALS
 from affordance.commands.options import add_jobs, add_seed, add_set, check_bounds, refuse_changes
+from affordance.commands.tables import add_columns, read_columns
 from affordance.exceptions import BadValueError
 from affordance.named_settings import change_settings, parse_changes
 from affordance.objects.load import load_tools
@@ -14,7 +15,7 @@ from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.people.fit import Question
 from affordance.people.free_parameters import list_free
-from affordance.people.pushes import Lifts, read_lifts
+from affordance.people.pushes import COLUMNS, Lifts, read_lifts
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import check_closed_form
 
@@ -27,6 +28,7 @@ def add_fit_options(parser: argparse.ArgumentParser) -> None:
     add("lifts", type=Path, help="table with one row per lift (CSV), like lifts.csv")
     add("--of", default="", metavar="WHO", help="value of the column learner whose lifts are used (default: people)")
     add("--objects", type=Path, metavar="FILE", help="tools file with the objects (default: by size and mass)")
+    add_columns(parser, COLUMNS)
     add("--draws", type=int, default=64, metavar="D", help="draws of the free parameters (default 64)")
     add("--particles", type=int, default=50, metavar="P", help="particles per draw (default 50)")
     add_seed(parser)
@@ -47,7 +49,8 @@ def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
     tools: tuple[Tool, ...] = ()
     if arguments.objects is not None:
         tools = tuple(load_tools(arguments.objects, load_materials(MATERIALS)))
-    return settings, read_lifts(arguments.lifts, learner=arguments.of, tools=tools)
+    lifts = read_lifts(arguments.lifts, learner=arguments.of, tools=tools, columns=read_columns(arguments))
+    return settings, lifts
 
 
 def ask(

@@ -1,6 +1,7 @@
 """Options that describe a trial table, its objects and columns, and the reader of the table."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.choice.inner_simulation import TaskCostModel
@@ -18,13 +19,20 @@ def add_table_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options that describe a table of trials."""
     add = parser.add_argument
     add("--objects", type=Path, metavar="FILE", help="tools file with the objects named in the table of trials")
-    what = (
-        "columns that have another name in your table, for example object=stim participant=subj; ours are "
-        + ", ".join(COLUMNS)
-    )
-    add("--columns", nargs="+", default=[], metavar="OURS=THEIRS", help=what)
+    add_columns(parser, COLUMNS)
     add("--materials", type=Path, metavar="FILE", help="materials of the objects (default: the robot's)")
     add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the objects file)")
+
+
+def add_columns(parser: argparse.ArgumentParser, columns: Sequence[str]) -> None:
+    """Adds the option that gives names of columns in the user's table."""
+    what = "columns that have another name in your table, for example object=stim participant=subj; ours are "
+    parser.add_argument("--columns", nargs="+", default=[], metavar="OURS=THEIRS", help=f"{what}{', '.join(columns)}")
+
+
+def read_columns(arguments: argparse.Namespace) -> dict[str, str]:
+    """Reads the names of columns in the user's table, by this program's names."""
+    return dict(map(_split, arguments.columns))
 
 
 def open_table(
@@ -35,7 +43,7 @@ def open_table(
         raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     tools = load_tools(arguments.objects, materials, arguments.meshes)
-    table = read_trials(path, tools, materials, columns=dict(map(_split, arguments.columns)), tasks=robot.tasks)
+    table = read_trials(path, tools, materials, columns=read_columns(arguments), tasks=robot.tasks)
     return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
 
 

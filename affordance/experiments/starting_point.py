@@ -70,6 +70,8 @@ def run(setup: Setup) -> Results:
 
 def predict(setup: Setup) -> ObserverNumbers:
     """Computes the numbers of each observer of every learner."""
-    return ObserverNumbers(
-        measure_each(collect(setup), measure), {"first_N": "force in the first lift of the odd object, N"}
-    )
+    meanings = {
+        "first_N": "force in the first lift of the odd object, N",
+        "last_N": "mean force in its last three lifts, N",
+    }
+    return ObserverNumbers(measure_each(collect(setup), measure), meanings)

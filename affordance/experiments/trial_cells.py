@@ -46,7 +46,7 @@ class Cells:
         path: Path,
         rows: Sequence[tuple[int, Sequence[str]]],
         known: Collection[str],
-        renamed: Mapping[str, str],
+        renamed: Mapping[str, str] | None,
         *,
         has_commas: bool = False,
     ) -> None:
@@ -56,7 +56,7 @@ class Cells:
             path: File of the table.
             rows: Number and cells of each row; the first row has the names of the columns.
             known: This program's names of columns.
-            renamed: Names in the file of some columns, by this program's names.
+            renamed: Names in the file of some columns, by this program's names; None where the user cannot say them.
             has_commas: True if numbers may have a decimal comma.
         """
         self.path, self._has_commas = path, has_commas
@@ -80,7 +80,7 @@ class Cells:
         }
 
     @classmethod
-    def read(cls, path: Path, known: Collection[str], renamed: Mapping[str, str]) -> "Cells":
+    def read(cls, path: Path, known: Collection[str], renamed: Mapping[str, str] | None) -> "Cells":
         """Reads a UTF-8 file, with or without byte-order mark; commas, semicolons or tabs separate its cells.
 
         Numbers may have decimal commas unless commas separate the cells. Empty rows are ignored.
@@ -99,10 +99,14 @@ class Cells:
         return self._cells.get(name, [""] * len(self.numbers))
 
     def _find_columns(
-        self, head: Sequence[str], known: Collection[str], renamed: Mapping[str, str]
+        self, head: Sequence[str], known: Collection[str], renamed: Mapping[str, str] | None
     ) -> dict[str, str]:
         """Finds each column's name in the file, by this program's name, in the order of the file."""
+        option = "" if renamed is None else ", or say --columns {}={}"
+        renamed = renamed or {}
         for ours, theirs in renamed.items():
+            if ours not in known:
+                raise BadValueError("--columns", "", describe_choice(ours, known))
             if theirs not in head:
                 raise BadValueError(self.path, f"--columns {ours}", describe_choice(theirs, head))
         by_theirs = {theirs: ours for ours, theirs in renamed.items()}
@@ -123,7 +127,7 @@ class Cells:
             near = [each for each in missing if name.lower() in _OTHERS.get(each, ())]
             near += difflib.get_close_matches(name.lower(), missing, n=1, cutoff=_ALIKE)
             if name not in known and near and not name.startswith(OWN_VALUES):
-                problem = f"is {name!r}; did you mean {near[0]!r}? Then name it so, or say --columns {near[0]}={name}"
+                problem = f"is {name!r}; did you mean {near[0]!r}? Then name it so{option.format(near[0], name)}"
                 raise BadValueError(self.path, "row 1", problem)
         return labels
 

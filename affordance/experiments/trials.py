@@ -89,9 +89,6 @@ def read_trials(
         BadValueError: The file cannot be read or is too large, or a cell is wrong. The message names the cell's row,
             as a spreadsheet counts, and its column.
     """
-    for name in columns:
-        if name not in COLUMNS:
-            raise BadValueError("--columns", "", describe_choice(name, COLUMNS))
     return _check(Cells.read(path, COLUMNS, columns), tools, materials, tasks)
 
 
@@ -108,7 +105,7 @@ def check_trials(
         [str(each) for each in frame.columns],
         *([_write(each) for each in row] for row in frame.to_numpy(object)),
     ]
-    return _check(Cells(Path(name), list(enumerate(rows, start=1)), COLUMNS, {}), tools, materials, tasks)
+    return _check(Cells(Path(name), list(enumerate(rows, start=1)), COLUMNS, None), tools, materials, tasks)
 
 
 def _write(value: Any) -> str:

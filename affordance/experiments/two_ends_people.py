@@ -30,7 +30,7 @@ def read_choices(path: Path) -> pd.DataFrame:
             changed, or an answer is neither left nor right.
     """
     sheet = build_data_sheet()
-    cells = Cells.read(path, [str(each) for each in sheet], {})
+    cells = Cells.read(path, [str(each) for each in sheet], None)
     for needed in ("participant", "trial", "chosen_end"):
         if needed not in cells.labels:
             cells.refuse(0, needed, "is missing; the sheet must have this column")

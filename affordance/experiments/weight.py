@@ -1,8 +1,8 @@
 """Simulation I (paper, IV-A): the weight of rods, after Mounoud and Bower (1974, Cognition 3:29-40).
 
 Rods of brass are put into the outstretched hand one after the other, from short to long, and held. Then follows a
-decoy that looks like the last rod but weighs far less. The felt joint torques update the belief about brass before
-the next object is seen. Expected: the arm drops less from rod to rod (figure 3), and lifts the decoy (figure 4).
+decoy that looks like brass but weighs far less. The felt joint torques update the belief about brass before the next
+object is seen. Expected: the arm drops less from rod to rod (figure 3), and lifts the decoy (figure 4).
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
 NEEDS = ("objects",)  # what the arm must be able to do: take objects into its hand
-OBJECTS = "tools/weight.yaml"  # in the folder of models; the last object is the decoy
+OBJECTS = "tools/weight.yaml"  # in models/, or in the folder that --robot names; the last object is the decoy
 DURATION = 3.0  # of each hold, [s]
 QUARTILES = (0.25, 0.5, 0.75)
 
@@ -42,14 +42,13 @@ def run(setup: Setup) -> Results:
     numbers = summarise(measure(data), tools)
     # Held again, because the dataset has no full records; the same seed gives the same holds.
     _, records_shown = hold(setup, tools, OBSERVER_SHOWN)
-    rods = select_rods(data)
     drop, lift = 100.0 * numbers["drop_m"], 100.0 * numbers["decoy_lift_m"]
     return Results(
-        order=1,
+        order=1,  # its section is the first in the report
         title="Simulation I: the weight of objects (Mounoud and Bower)",
         summary=(
             f"{count_observers(setup.observers)} held {len(tools) - 1} rods of"
-            f" {tools[0].components[0].material.name}, and then a decoy that looks like the last and is made of"
+            f" {tools[0].components[0].material.name}, and then a decoy that looks like them and is made of"
             f" {tools[-1].components[0].material.name}, for {DURATION:g} s each."
         ),
         finding=(
@@ -62,7 +61,7 @@ def run(setup: Setup) -> Results:
         figures={
             "figure3": (
                 "Figure 3. Left: believed density before and after each trial. Others: drop, on two scales.",
-                partial(draw_density_and_drop, rods, tools[:-1]),
+                partial(draw_density_and_drop, select_rods(data), tools[:-1]),
             ),
             "figure4": (
                 "Figure 4. Height of each object's geometric centre. The goal is to keep it where it was given.",
@@ -130,10 +129,16 @@ def read(setup: Setup) -> Sequence[Tool]:
 def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
     """Lets an observer hold the objects one by one, and learn from each before it sees the next.
 
+    Args:
+        setup: Seed, settings and models of the run.
+        tools: Objects, in order.
+        observer: Number of the observer, from 0; it selects the random draws.
+
     Returns: Memories before the first and after each trial, and the record of each trial.
     """
+    # The colour is known before anything is felt, so that "density" has a value before the first trial too.
     memory = setup.start_memory(observer).add_colours(list_colours(tools), setup.settings.prior)
-    hand = Observer(get_runner(setup.settings), memory, duration=DURATION)
+    hand = Observer(get_runner(setup.settings), memory, duration=DURATION)  # simulated arm with this memory
     memories, records = [memory], []
     for trial, tool in enumerate(tools):
         records.append(hand.hold(tool, seed=(setup.seed, observer, trial)))

@@ -148,7 +148,7 @@ def identify(
         assumed = (
             *belief.assumptions,
             *changed,
-            *_assume_of_hand(arm, before, calibration is not None, seen is not None),
+            *_assume_of_hand(arm, before, calibration is not None, seen is not None, bool(empty)),
         )
         belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
         if calibration is not None and reference_mass is not None:
@@ -209,12 +209,19 @@ def _check_arguments(
     check_kind("settings", settings, IdentificationSettings)
 
 
-def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: bool) -> Iterator[str]:
+def _assume_of_hand(
+    arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: bool, has_empty: bool
+) -> Iterator[str]:
     """Lists assumptions that no recording can check, one sentence each."""
-    yield (
-        f"the payload is attached at {arm.tip}, which is where the robot's file says, and whatever was attached "
-        "there in the empty runs still is: a gripper missing from them counts as payload"
-    )
+    others = ""  # without a tare, the analysis says what counts as load
+    if has_empty:
+        others = (
+            ", and whatever was attached there in the empty runs still is: a gripper missing from them counts as"
+            " payload"
+        )
+    elif gains.kind is not SignalKind.WRENCH:
+        others = ": a gripper missing from the file counts as payload"
+    yield f"the payload is attached at {arm.tip}, which is where the robot's file says{others}"
     yield f"the recorded arm is the one in {arm.source}: the file of a similar arm would give another mass"
     if gains.kind is SignalKind.WRENCH:
         yield "the sensor's unit and mounting are as described: no recording can reveal a wrong scale"

@@ -1,7 +1,7 @@
 """Reads people's (or simulated) pushes and the objects that they lifted from a table of lifts (lifts.csv)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ from affordance.objects.tool import Tool
 from affordance.reporting.lift_means import PEOPLE
 
 # Columns that are read; others, such as those that the program writes itself, are ignored.
-_COLUMNS = (
+COLUMNS = (
     "participant",
     "observer",
     "repeat",
@@ -50,7 +50,9 @@ class Lifts(NamedTuple):
     tools: tuple[Tool, ...]
 
 
-def read_lifts(path: Path, *, learner: str = "", tools: Sequence[Tool] = ()) -> Lifts:
+def read_lifts(
+    path: Path, *, learner: str = "", tools: Sequence[Tool] = (), columns: Mapping[str, str] = {}
+) -> Lifts:
     """Reads the lifts of participants; simulated observers count as participants too.
 
     Without ``tools``, objects are built from the table: cylinders with the mass and size given in each row, held at
@@ -61,18 +63,21 @@ def read_lifts(path: Path, *, learner: str = "", tools: Sequence[Tool] = ()) -> 
         learner: Learner whose simulated observers are read, or "people"; empty for people, or if the table has the
             lifts of a single learner.
         tools: Objects that the table names.
+        columns: Names of columns in the file, by this program's names.
 
     Raises:
         BadValueError: The table cannot be read, is too large, or has an invalid cell; or it has lifts of several
             learners and none was chosen.
     """
-    cells = Cells.read(path, _COLUMNS, {})
+    cells = Cells.read(path, COLUMNS, columns)
     count = len(cells.numbers)
     if count > _MOST_LIFTS:
         raise BadValueError(path, "", f"has {count} lifts, must have at most {_MOST_LIFTS}")
     for needed in ("object", "force"):
         if needed not in cells.labels:
-            raise BadValueError(path, needed, f"is missing among {', '.join([*cells.labels.values()][:20])}")
+            listed = ", ".join([*cells.labels.values()][:20])
+            how = f"--columns {needed}=NAME names the column to use"
+            raise BadValueError(path, needed, f"is missing among {listed}; {how}")
     whose = cells.read_names("learner", PEOPLE)
     pushes = cells.read_numbers("force", 1e-3, 1e3, "N", "mN")
     chosen = _choose(path, list(dict.fromkeys(whose)), learner)

@@ -17,6 +17,8 @@ def test_identify_says_its_command_and_finds_the_mass_of_the_simulation():
     assert abs(mass - MASS) < 3.0 * sd < 0.03
     assert "\n  oak #b07a45: " in said
     assert " SD of the mass " not in said  # the drawing told more than four more seconds of motion would
+    assert "\n    set_target_payload(0.55" in said
+    assert "; paired with empty.csv, lag" in said
     assert f"is {MASS:.3f} kg" in said.splitlines()[-1]
 
 

@@ -2,9 +2,12 @@
 
 import os
 import sys
+import tomllib
 
 import pytest
 from helpers.children import PATIENCE, ROOT
+
+from affordance.commands.doctor import EXTRAS
 
 
 def test_only_its_own_lines_are_printed(children):
@@ -15,7 +18,10 @@ def test_only_its_own_lines_are_printed(children):
     assert err == ""
     lines = [line.split()[0] for line in out.splitlines()]
     assert lines[:6] == ["affordance", "libraries", "drake", "solvers", "renderer", "graphviz"]
-    assert lines[6:] == ["meshcat", "models", "[cluster]", "[bags]", "[xacro]", "[film]"]
+    assert lines[6:8] == ["meshcat", "models"]
+    assert lines[8:] == [f"[{extra}]" for extra in EXTRAS]
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    assert {*EXTRAS} == {*extras} - {"dev", "docs", "peers", "release"}
 
 
 @pytest.fixture

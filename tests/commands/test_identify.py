@@ -15,7 +15,7 @@ from helpers.refusals import refuse_command
 from pydrake.math import RollPitchYaw, RotationMatrix
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
-from affordance.commands.demo import EMPTY, LOADED, PIECE, STOCK
+from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, PIECE, STOCK
 from affordance.files.model_folder import MODELS
 from affordance.identification.payload_lines import show_number
 from affordance.identification.recording.run import Run
@@ -181,9 +181,10 @@ def test_lines_and_claims_are_left_out_where_the_flange_is_not_known(folder, tmp
     claimed.write_text("mass: 0.55\ncom: [0.1, 0, 0]\n")
     old = [tmp_path / "six", "--description", description, "--empty", empty, "--loaded", loaded]
     old += ["--reference-mass", 2.0 * PAYLOAD[0], "--samples", 500]
+    ours = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--samples", 500]
     for words, reason in (
         (old, "six does not contain the name of the tip in the robot's file: import it again, or use --flange"),
-        (["--demo"], "controllers do not know hand_grip, our hand frame (name one"),
+        (ours, "controllers do not know hand_grip, our hand frame (name one"),
     ):
         text = answer("identify", *words).out
         assert "For the robot: no lines, because " in text
@@ -192,10 +193,10 @@ def test_lines_and_claims_are_left_out_where_the_flange_is_not_known(folder, tmp
         said = answer("identify", *words, "--claimed", claimed, status=2).err
         assert "--claimed: must be in the frame of the flange, but " in said
         assert reason in said
-    found = answer("identify", "--demo", "--json").content
+    found = answer("identify", *ours, "--json").content
     assert found["flange"] is None
     assert "payload_settings" not in found
-    text = answer("identify", "--demo", "--flange", "hand_grip", "--claimed", claimed).out
+    text = answer("identify", "--demo", "--samples", 500, "--claimed", claimed).out
     assert "For the robot, with hand_grip as its flange" in text
     assert "set, in the frame hand_grip: 0.550 kg at (0.1000, 0.0000, 0.0000) m" in text
 

@@ -70,3 +70,6 @@ def test_a_lift_has_no_answer_and_an_empty_sheet_none(tmp_path):
     assert "chosen_end: is empty in all rows" in refuse(read_choices, empty)
     missing = write(fill().drop(columns="chosen_end"), tmp_path)
     assert "chosen_end: is missing" in refuse(read_choices, missing)
+    named = write(fill().rename(columns={"participant": "subject"}), tmp_path)
+    said = refuse(read_choices, named)
+    assert said.endswith("row 1: is 'subject'; did you mean 'participant'? Then name it so")

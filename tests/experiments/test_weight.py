@@ -128,8 +128,7 @@ def test_seed_decides_the_numbers(shipped, monkeypatch):
 
 def test_words_and_tables_follow_objects_and_numbers(shipped):
     assert shipped.summary == (
-        "2 observers held 4 rods of brass, and then a decoy that looks like the last and is made of beech,"
-        " for 3 s each."
+        "2 observers held 4 rods of brass, and then a decoy that looks like them and is made of beech, for 3 s each."
     )
     assert f"sinks by {100.0 * shipped.numbers['drop_m'][0]:.1f} cm" in shipped.finding
     (table,) = read_section(shipped.folder).tables

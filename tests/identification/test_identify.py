@@ -69,6 +69,9 @@ def test_without_an_empty_run_the_file_decides_and_its_error_is_carried_over(rob
     belief = identify(robot, Runs(loaded), settings=_SETTINGS)
     _assert_believes(belief, mass_sd=1.0)
     assert belief.mass_sd > 0.05
+    assumed = " ".join(belief.assumptions)
+    assert "file says: a gripper missing from the file counts as payload" in assumed
+    assert "empty runs" not in assumed  # there are none
     certain = identify(robot, Runs(loaded), settings=replace(_SETTINGS, floor=False))
     assert certain.mass_sd < 0.5 * belief.mass_sd
 

@@ -1,9 +1,12 @@
 """Tables of lifts: people, objects that are made from their rows, and refusals."""
 
+import argparse
+
 import numpy as np
 import pytest
 from helpers.refusals import refuse
 
+from affordance.commands.people_options import add_fit_options, read_setting
 from affordance.experiments.holds import compute_volume
 from affordance.experiments.lifts import cylinder
 from affordance.people.pushes import read_lifts
@@ -38,6 +41,19 @@ def test_people_and_objects_are_those_of_the_rows(tmp_path):
     assert looks[0] == looks[2] != looks[1]
 
 
+def test_columns_may_have_other_names(tmp_path):
+    other = write(tmp_path, TABLE.replace("participant", "subject").replace("force", "push"))
+    found = read_lifts(other, columns={"participant": "subject", "force": "push"})
+    assert [person.name for person in found.people] == ["P1", "P2"]
+    said = refuse(read_lifts, other, columns={"participnt": "subject"})
+    assert "--columns: is 'participnt', must be one of participant, " in said
+    questions = argparse.ArgumentParser()
+    add_fit_options(questions)
+    words = [str(other), "--columns", "participant=subject", "force=push"]
+    _, of_command = read_setting(questions.parse_args(words))
+    assert str(of_command.people) == str(found.people)
+
+
 def test_lifts_of_a_learner_are_those_that_are_asked_for(tmp_path):
     found = read_lifts(write(tmp_path), learner="density")
     assert [person.pushes.tolist() for person in found.people] == [[7.5]]
@@ -60,7 +76,13 @@ def test_objects_can_be_given(tmp_path):
         ("4.5", "-4.5", "row 2, force: is -4.5, must be from 0.001 to 1000 N"),
         ("0.0004,4.5", "0.0004,", "force: is empty in all rows of participant P1"),
         ("P1,b,0.9,0.0006", "P1,b,90,0.000001", "row 3, mass: and size make no object: density of b"),
-        ("force", "weight", "force: is missing among"),
+        ("force", "weight", "force: is missing among participant, object, mass, size, weight, teaches, learner, "),
+        ("force", "weight", "; --columns force=NAME names the column to use"),
+        (
+            "participant",
+            "subject",
+            "did you mean 'participant'? Then name it so, or say --columns participant=subject",
+        ),
         ("people", "kinds_map", "learner: has kinds_map, density; --of says whose lifts are meant"),
     ],
 )

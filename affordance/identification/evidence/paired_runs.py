@@ -6,6 +6,7 @@ runs is found to a fraction of a sample by matching joint angles.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -73,7 +74,7 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
         signal=restore_compensated(robot, loaded, after, nominal)
         - restore_compensated(robot, empty, before, nominal),
     )
-    analysis = f"paired with {empty.source}, lag {alignment.lag:.3f} s"
+    analysis = f"paired with {Path(empty.source).name}, lag {alignment.lag:.3f} s"
     evidence = build_evidence(
         robot, loaded.source, loaded.description.kind, both, settings, analysis=analysis, is_difference=True
     )
