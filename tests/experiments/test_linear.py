@@ -117,7 +117,7 @@ def scale_volume(tool, factor):
 
 
 def test_learned_fraction_just_below_zero_has_no_sign():
-    own = {key: 9.0 for key in ("first_N", "end_N", "family_N")} | {"f": -1e-4}
+    own = dict.fromkeys(("first_N", "end_N", "family_N"), 9.0) | {"f": -1e-4}
     own |= {f"{key}_ci95": (value, value) for key, value in own.items()}
     table = linear.tabulate({"learners": {"density": own}, "people": own})
     assert table["learned fraction f"].tolist() == ["0.00 [0.00, 0.00]"] * 2
