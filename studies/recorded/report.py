@@ -30,7 +30,7 @@ def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
             "UR10e: the belief before and after the run. Moments of inertia are hardly seen in a motion as slow"
             " as this."
         ),
-        "whiteness": "UR10e: errors agree over tenths of a second; samples of 100 Hz are not independent.",
+        "whiteness": "UR10e: errors are correlated for tenths of a second, so samples at 100 Hz depend on each other.",
     }
     return Section(
         order=31,
