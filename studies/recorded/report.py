@@ -30,7 +30,7 @@ def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
             "UR10e: the belief before and after the run. Moments of inertia are hardly seen in a motion as slow"
             " as this."
         ),
-        "whiteness": "UR10e: errors are correlated for tenths of a second, so samples at 100 Hz depend on each other.",
+        "whiteness": "UR10e: errors are correlated for tenths of a second, so samples at 100 Hz are dependent.",
     }
     return Section(
         order=31,
