@@ -18,10 +18,11 @@ from typing import TextIO, cast, override
 from affordance.commands.catalogue import COMMANDS, EXAMPLES, EXPERIMENTS, SUBJECTS, Command, load_command
 from affordance.commands.parser import OUTPUT, OneLineParser, find_group
 from affordance.commands.study import FORMER
-from affordance.commands.terminal import RED, ElapsedTime, QuietErrors, ShownOutput, paint
+from affordance.commands.terminal import ElapsedTime, QuietErrors, ShownOutput, find_width, format_error
 from affordance.drake.system_libraries import provide_libraries
 from affordance.exceptions import PROSE, AffordanceError, describe_choice, show_text
 from affordance.files.model_folder import import_study
+from affordance.reporting.formatting import break_line
 from affordance.runs.program_errors import blame_programs
 from affordance.version import __version__
 
@@ -63,7 +64,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         return _NO_READER
     except OSError as error:  # a full disk, a removed folder
         problem = describe_system_error(error)
-    print(paint(f"{program}:", RED, sys.stderr), problem, file=sys.stderr)
+    print(format_error(program, problem, sys.stderr), file=sys.stderr)
     return 2
 
 
@@ -135,11 +136,12 @@ def describe_memory_error(error: Exception) -> str:
 
 
 class ShownFormatter(logging.Formatter):
-    """Formatter of log messages that replaces invisible characters."""
+    """Formatter of log messages that replaces invisible characters, and wraps lines on a terminal."""
 
     @override
     def format(self, record: logging.LogRecord) -> str:
-        return show_text(super().format(record), PROSE)
+        lines, width = show_text(super().format(record), PROSE).split("\n"), find_width(sys.stderr)
+        return "\n".join(part for line in lines for part in break_line(line, width))
 
 
 def describe_system_error(error: OSError) -> str:

@@ -12,6 +12,7 @@ from affordance.arrays import Array
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.pricing import plan_options
 from affordance.commands import options
+from affordance.commands.terminal import find_width
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
 from affordance.files.atomic import write_text
 from affordance.files.constraints import Whole
@@ -32,6 +33,7 @@ from affordance.identification.settings import SignalKind
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.plant.serial_chain import SerialChain
+from affordance.reporting.formatting import break_line
 from affordance.robots.joint_limits import limit_joints
 from affordance.robots.kept import open_robot
 from affordance.robots.robot import Robot
@@ -118,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     except NoMotionError as error:
         raise _blame(arguments, error) from error
     way = plan_way(chain, limits, robot.home, design.motion.q[0])
-    text = "\n".join(_describe(arguments, robot, aim, design, spread, way, acceleration))
+    lines, width = list(_describe(arguments, robot, aim, design, spread, way, acceleration)), find_width()
     content = {
         "for": arguments.aim,
         "predicted_sd": {"mass_g": 1e3 * spread.mass, "com_mm": 1e3 * spread.com, "inertia_kg_m2": spread.inertia},
@@ -128,7 +130,7 @@ def run(arguments: argparse.Namespace) -> int:
         "postures": postures,
         "acceleration_limits": dict(zip(robot.joint_names, acceleration.tolist(), strict=True)),
         "start": dict(zip(robot.joint_names, design.motion.q[0], strict=True)),
-        "sentence": text,
+        "sentence": "\n".join(lines),
     }
     if aim is Aim.COST:
         content["predicted_sd"] |= {"cost_J": spread.cost}
@@ -139,6 +141,7 @@ def run(arguments: argparse.Namespace) -> int:
         back = plan_way(chain, limits, design.motion.q[-1], robot.home)
         write_text(arguments.out / "to_start.yaml", format_trajectory(robot.joint_names, there))
         write_text(arguments.out / "back_home.yaml", format_trajectory(robot.joint_names, back))
+    text = "\n".join(part for line in lines for part in break_line(line, width))
     options.give_answer(arguments, _NAME, text, content)
     return 0
 

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn, override
 
-from affordance.commands.terminal import RED, paint
+from affordance.commands.terminal import format_error
 from affordance.exceptions import describe_choice, show_value, suggest
 
 # Titles of the option groups that come last in a help text, after positional arguments and all other options.
@@ -54,12 +54,13 @@ class OneLineParser(argparse.ArgumentParser):
         lead, _, missing = message.partition(_REQUIRED)
         if not lead and missing:
             message = self._describe_missing(missing.split(", ")[0])
-        self.exit(2, f"{paint(f'{self.prog}:', RED, sys.stderr)} {message.removeprefix('argument ')}\n")
+        self.exit(2, f"{format_error(self.prog, message.removeprefix('argument '), sys.stderr)}\n")
 
     def _describe_missing(self, shown: str) -> str:
-        """Describes a missing argument with its help text; ``shown`` is argparse's name for it."""
+        """Describes a missing argument with its help text and the example; ``shown`` is argparse's name for it."""
         meant = (each for each in self._actions if shown in (each.metavar, each.dest, "/".join(each.option_strings)))
-        return ": ".join([shown, "is missing", *(each.help for each in meant if each.help)])
+        notes = "".join(f" ({each.help})" for each in meant if each.help)
+        return "; ".join([f"{shown}: is missing{notes}", *([self.epilog] if self.epilog else [])])
 
     def parse(self, words: Sequence[str]) -> argparse.Namespace:
         """Parses arguments; an unknown one is reported with the nearest known one."""

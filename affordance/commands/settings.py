@@ -46,11 +46,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 def describe(setting: NamedSetting, source: str, width: int) -> list[str]:
     """Formats a setting: name, value and unit, then meaning and source."""
-    unit = f" {setting.unit}" if setting.unit not in ("", "1") else ""
+    unit = f" {setting.unit}" if setting.unit not in ("", "1") and setting.value is not None else ""
     text = f"{setting.meaning} Source: {source}." if setting.meaning else f"Source: {source}."
     indent = " " * 4
-    lines = textwrap.wrap(text, width, initial_indent=indent, subsequent_indent=indent)
-    return [f"{setting.name} = {show_setting(setting.value)}{unit}", *lines]
+    lines = textwrap.wrap(
+        text, width, initial_indent=indent, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+    return [f"{setting.name} = {show_setting(setting.value) or repr('')}{unit}", *lines]
 
 
 def _is_among(name: str, chosen: list[str]) -> bool:

@@ -9,6 +9,7 @@ import time
 from typing import Any, TextIO
 
 from affordance.exceptions import PROSE, show_text
+from affordance.reporting.formatting import break_line
 
 # Colours of a terminal, as parameters of ANSI's "select graphic rendition".
 RED, GREEN, YELLOW = "31", "32", "33"
@@ -27,15 +28,22 @@ _VERDICTS = (
 _PATIENCE = 1.0
 
 
-def find_width() -> int:
-    """Finds the width of the terminal, in characters; 0 if the output is not a terminal, as in a pipe."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+def find_width(stream: TextIO | None = None) -> int:
+    """Finds the width of the terminal, in characters; 0 if the stream (by default standard output) is none."""
+    return shutil.get_terminal_size().columns if (stream or sys.stdout).isatty() else 0
 
 
 def paint(text: str, colour: str, stream: TextIO) -> str:
     """Colours a text if the stream is a terminal that shows colours, and NO_COLOR is not set."""
     is_wanted = stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     return f"\033[{colour}m{text}\033[0m" if is_wanted else text
+
+
+def format_error(program: str, problem: str, stream: TextIO) -> str:
+    """Formats an error message: one line, or on a terminal lines wrapped between words, with a red beginning."""
+    lead = f"{program}:"
+    lines = break_line(f"{lead} {problem}", find_width(stream))
+    return "\n".join(lines).replace(lead, paint(lead, RED, stream), 1)
 
 
 class ElapsedTime:

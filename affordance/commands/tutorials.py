@@ -9,7 +9,9 @@ import sys
 from pathlib import Path
 
 from affordance.commands.options import add_out
+from affordance.commands.terminal import find_width
 from affordance.files.atomic import write_text
+from affordance.reporting.formatting import break_line
 from affordance.runs.repeats import prepare_folder
 
 TUTORIALS = Path(__file__).parents[1] / "tutorials"
@@ -36,9 +38,10 @@ def run(arguments: argparse.Namespace) -> int:
     program = next((each for each in _PROGRAMS if importlib.util.find_spec(each)), None)
     if program is None:
         missing = ["jupyterlab", *([] if importlib.util.find_spec("jupytext") else ["jupytext"])]
-        print(
+        hint = (
             f"To open them as notebooks: pip install {' '.join(missing)}, then run this again; any editor shows them."
         )
+        print("\n".join(break_line(hint, find_width())))
     elif not arguments.copy_only:
         return subprocess.call([sys.executable, "-m", program, str(folder)])
     return 0

@@ -300,7 +300,7 @@ def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
         "95 % interval (cm)": ends,
         "deviation (cm)": [f"{100.0 * deviation:.2f}" for deviation in n["deviation_m"]],
     }
-    return pd.DataFrame(columns, pd.Index([tool.name for tool in tools], name="object"))
+    return pd.DataFrame(columns, pd.Index([tool.name.replace("_", " ") for tool in tools], name="object"))
 
 
 def tabulate_densities(n: Mapping[str, Any]) -> pd.DataFrame:

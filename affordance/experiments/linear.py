@@ -92,7 +92,7 @@ def run(name: str, setup: Setup) -> Results:
     numbers = summarise_lifts(lifts, measure, setup, without_interval=["weight_N"])
     people = list_people(group)
     numbers["people"] = describe_people(people)
-    learned = [f"{found['f']:.0%} by {label_learner(learner)}" for learner, found in numbers["learners"].items()]
+    learned = [f"{found['f']:z.0%} by {label_learner(learner)}" for learner, found in numbers["learners"].items()]
     marks = [
         PeopleMark(MEANINGS["first_N"], *people["first_N"], 1, 1),
         PeopleMark(MEANINGS["end_N"], *people["end_N"], MIXED - 15, MIXED),
@@ -221,7 +221,7 @@ def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
     who = {label_learner(learner): found for learner, found in numbers["learners"].items()}
     rows = {
         name: {
-            title: f"{found[key]:.2f} [{found[f'{key}_ci95'][0]:.2f}, {found[f'{key}_ci95'][1]:.2f}]"
+            title: f"{found[key]:z.2f} [{found[f'{key}_ci95'][0]:z.2f}, {found[f'{key}_ci95'][1]:z.2f}]"
             for key, title in columns.items()
         }
         for name, found in {**who, "people": numbers["people"]}.items()

@@ -53,7 +53,7 @@ def run(setup: Setup) -> Results:
         title="A family whose weight grows with size from an offset",
         summary=(
             f"{count_observers(setup.observers)} of each learner lifted five cylinders of one look, each"
-            f" weighing {INTERCEPT:g} kg plus {DENSITY:g} kg/m^3 times its volume, {CYCLES} times. Nobody has done"
+            f" weighing {INTERCEPT:g} kg plus {DENSITY:g} kg/m³ times its volume, {CYCLES} times. Nobody has done"
             " this experiment yet."
         ),
         finding="; ".join(_describe(numbers["learners"])) + ".",
@@ -122,7 +122,7 @@ def _list_learners(setup: Setup) -> Sequence[Learner]:
 
 def _describe(n: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return [
-        f"{label_learner(name)}: force error {found['smallest']:+.0%} for the smallest, {found['largest']:+.0%} for"
+        f"{label_learner(name)}: force error {found['smallest']:+z.0%} for the smallest, {found['largest']:+z.0%} for"
         " the largest"
         for name, found in n.items()
     ]

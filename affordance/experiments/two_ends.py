@@ -208,9 +208,9 @@ def run(setup: Setup) -> Results:
         },
         tables={
             "Shares with 95 % intervals.": tabulate(shares),
-            "Participants (per group) that a comparison needs, one-sided .05, power .8.": finite.head(30)
-            .set_index("measure")
-            .round(2),
+            "Participants (per group) that a comparison needs, one-sided .05, power .8.": tabulate_contrasts(
+                finite.head(30)
+            ),
         },
         files={
             name: partial(_write_table, name, build)
@@ -244,6 +244,17 @@ def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
     return table.set_index("who").rename(columns={each: f"after {each}" for each in ASKED})
 
 
+def tabulate_contrasts(contrasts: pd.DataFrame) -> pd.DataFrame:
+    """Tabulates contrasts between the right shares of two learners, or of one and chance."""
+    titles = {"one": "learner", "other": "compared with", "share_one": "its share", "share_other": "other share"}
+    shown = contrasts.assign(
+        one=contrasts["one"].map(label_learner),
+        other=contrasts["other"].map(label_learner),
+        people=contrasts["people"].astype(int),
+    )
+    return shown.rename(columns=titles).set_index("measure").round(2)
+
+
 def _describe(shares: pd.DataFrame) -> list[str]:
     last = shares[(shares["measure"] == "reach") & shares["lifts"].isin((1, 2))]
     found = []
@@ -267,13 +278,12 @@ def draw(shares: pd.DataFrame) -> Figure:
             panel.errorbar(
                 place, rows["share"], error, fmt="o-", markersize=3.5, capsize=2.0, color=colour, label=name
             )
-        panel.axhline(0.5, color="0.7", linewidth=0.8)
+        panel.axhline(0.5, color="0.7", linewidth=0.8, label="chance")
         panel.set_xticks(ASKED)
         panel.set_title(title, fontsize=FONT_SIZE)
         panel.set_xlabel("lifts of other objects")
         panel.set_ylim(0.0, 1.02)
         tidy(panel)
     panels[0].set_ylabel("share of participants")
-    panels[0].text(ASKED[-1], 0.48, "chance", color="0.5", ha="right", va="top", fontsize=FONT_SIZE - 2)
     panels[-1].legend(fontsize=FONT_SIZE - 2, frameon=False, loc="lower right")
     return figure

@@ -272,4 +272,4 @@ def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
         "median believed density afterwards (kg/m³)": [f"{median:.0f}" for median in n["density_median"]],
         "interquartile range (kg/m³)": [f"{width:.0f}" for width in n["density_p75"] - n["density_p25"]],
     }
-    return pd.DataFrame(columns, pd.Index(["before", *(rod.name for rod in rods)], name="object"))
+    return pd.DataFrame(columns, pd.Index(["before", *(rod.name.replace("_", " ") for rod in rods)], name="object"))

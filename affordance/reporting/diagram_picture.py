@@ -23,6 +23,7 @@ _GROUPS = {
 }
 # The teaching signal: posteriors become priors, from trial to trial.
 _TEACHING_SIGNAL = ("density_estimator", "posterior", "material_memory", "posterior")
+_LEGEND = "blue: the teaching signal, once at the end of a trial"
 # Connections against the flow from vision through control to proprioception; the layout ignores them.
 _FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph", "plant")}
 
@@ -39,10 +40,11 @@ def describe_diagram(diagram: Diagram) -> str:
         inputs[to_system.get_name()].add((int(to_index), sink.get_name()))
         edges.append((from_system.get_name(), source.get_name(), to_system.get_name(), sink.get_name()))
 
+    legend = [f'  label=<<FONT COLOR="#0072B2">{_LEGEND}</FONT>>; labelloc=b;'] if _TEACHING_SIGNAL in edges else []
     lines = [
         f'digraph "{diagram.get_name()}" {{',
         "  rankdir=LR; nodesep=0.35; ranksep=0.7; splines=spline; fontname=Helvetica;",
-        '  label=<<FONT COLOR="#0072B2">blue: the teaching signal, once at the end of a trial</FONT>>; labelloc=b;',
+        *legend,
         "  node [shape=none, fontname=Helvetica, fontsize=12]; edge [fontname=Helvetica, fontsize=11];",
     ]
     for number, (group, (fill, _)) in enumerate(_GROUPS.items()):

@@ -41,8 +41,9 @@ def save_figure(figure: Figure, folder: Path, name: str) -> None:
 
 
 def prepare_figure(figure: Figure) -> None:
-    """Turns on automatic layout of a figure, and makes dollar signs in its texts literal."""
-    figure.set_layout_engine("constrained")
+    """Turns on automatic layout of a figure that has none, and makes dollar signs in its texts literal."""
+    if figure.get_layout_engine() is None:
+        figure.set_layout_engine("constrained")
     for text in figure.findobj(Text):  # Tick labels are set at drawing time, so powers of ten remain formulae.
         text.set_parse_math("$" not in text.get_text())
 
@@ -205,6 +206,8 @@ def draw_heights_of_points(
     figure.legend(*every.get_legend_handles_labels(), frameon=False, loc="outside lower left")
     figure.legend(*points.get_legend_handles_labels(), frameon=False, loc="outside lower right")
     tidy(one, every, points)
+    # Panels share their heights; without room between them, the last time of one touches the first of the next.
+    figure.set_layout_engine("constrained", w_pad=0.12)
     return figure
 
 

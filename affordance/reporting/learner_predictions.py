@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from affordance.arrays import Array
-from affordance.reporting.formatting import break_line, tabulate
+from affordance.reporting.formatting import break_line, format_number, tabulate
 from affordance.reporting.statistics import Estimate, estimate_mean
 
 # Smallest difference reported, in between-person standard deviations ("small" in Cohen 1988).
@@ -129,25 +129,38 @@ def format_predictions(
 ) -> str:
     """Formats predictions, spreads between people, and the measure that best separates each pair of learners.
 
-    Lines are wrapped at ``width`` characters unless it is 0.
+    Measures that are the same for all observers of all learners follow in one line. Lines are wrapped at ``width``
+    characters unless it is 0.
     """
-    lines = []
+    lines, same = [], []
     for name, by_learner in predictions.items():
+        first, *_ = by_learner.values()
+        if len(by_learner) > 1 and all(each.sd == 0.0 and each.low == first.low for each in by_learner.values()):
+            same.append(f"{name} {_show(first.low)}")
+            continue
         lines.append(f"{name}: {meanings[name]}" if meanings.get(name) else name)
         rows = [["", "mean", "95 % interval", "SD between observers", "90 % of observers"]]
         for learner, found in by_learner.items():
-            interval = f"[{found.mean.low:.3g}, {found.mean.high:.3g}]"
-            spread = f"{found.low:.3g} to {found.high:.3g}"
-            rows.append([learner, f"{float(found.mean.mean):.3g}", interval, f"{found.sd:.2g}", spread])
+            interval = f"[{_show(found.mean.low)}, {_show(found.mean.high)}]"
+            spread = f"{_show(found.low)} to {_show(found.high)}"
+            rows.append([learner, _show(found.mean.mean), interval, _show(found.sd, 2), spread])
         lines += [f"    {line}" for line in tabulate(rows, (1, 3), max(width - 4, 0))]
         if spreads and name in spreads:
             lines.append(f"    SD between people {spreads[name].sd:.2g} ({spreads[name].source})")
+    if same:
+        lines.append(f"The same for all observers of all learners: {', '.join(same)}")
     told: set[tuple[str, str]] = set()
     for contrast in contrasts:
         if contrast.learners not in told:
             told.add(contrast.learners)
             lines.append(describe_contrast(contrast))
     return "\n".join(part for line in lines for part in break_line(line, width))
+
+
+def _show(value: Array | float, digits: int = 3) -> str:
+    """Formats a number; large ones have no exponent."""
+    text = f"{float(value):.{digits}g}"
+    return format_number(float(value), digits) if "e+" in text else text
 
 
 def describe_contrast(contrast: Contrast) -> str:

@@ -95,7 +95,7 @@ def draw_lifts(
                 color=_BLACK,
                 markersize=5,
                 capsize=3,
-                label=f"people: {mark.label}",
+                label=f"people: {mark.label.removesuffix(', N')}",  # the axis has the unit
                 zorder=5,
             )
         axes.set_title(f"{curve.label}, {count_observers(len(curve.forces))}", fontsize=FONT_SIZE)

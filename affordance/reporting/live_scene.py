@@ -214,7 +214,7 @@ class LiveScene:
         felt = None if self._felt is None else facts.draw_masses(self._felt)
         if felt is not None:
             self._rows["After feeling"] = facts.describe_masses(felt, tool.mass)
-        pace = f"Shown at {100.0 * self.pace:.0f} % of real time."
+        pace = f"Shown at {100.0 * self.pace:.0f}\u00a0% of real time."
         self._state |= {
             "rows": [(name, self._rows[name]) for name in _ROWS if name in self._rows],
             "mass": facts.draw_mass_chart(tool, self._masses, felt),

@@ -36,6 +36,8 @@ _TRUST = MODELS.parent / "docs" / "trust.md"
 _ROBUSTNESS = MODELS.parent / "docs" / "robustness.json"
 # Space between a number and its unit, where a line must not break.
 _UNIT = re.compile(r"(?<=\d) (?=%|(?:[cmk]?m|k?g|m?s|N|J)\b)")
+# Percent sign right after a number, in the text of a page but not in a tag.
+_CLOSE_PERCENT = re.compile(r"(?<=\d)%(?=[^<>]*<)")
 # Other files of an experiment, linked if they exist.
 _LINKS = {
     "replay.html": "the arm in motion",
@@ -96,7 +98,8 @@ def write_report(folder: Path) -> Path:
         trust=_find_trust(folder),
     )
     path = folder / "report.html"
-    write_text(path, _UNIT.sub("\u00a0", page))
+    head, mark, body = page.partition("</head>")  # the style sheet in the head keeps its percentages
+    write_text(path, head + mark + _UNIT.sub("\u00a0", _CLOSE_PERCENT.sub(" %", body)))
     return path
 
 

@@ -30,7 +30,7 @@ def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
             "UR10e: the belief before and after the run. A motion as slow as this says little about moments of"
             " inertia."
         ),
-        "whiteness": "UR10e: errors are correlated over tenths of a second; samples at 100 Hz are not independent.",
+        "whiteness": "UR10e: errors are correlated for tenths of a second, so samples at 100 Hz are dependent.",
     }
     return Section(
         order=31,

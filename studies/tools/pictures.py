@@ -119,19 +119,19 @@ def _draw_uncommon_masses(axes: Axes, masses: Sequence[CheckedMass]) -> None:
     axes.set_xlim(-0.6, len(masses) - 0.4)
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel("mass (kg)")
-    axes.set_title("predicted from two pictures, and after a hold; 90 % intervals", fontsize=10)
+    axes.set_title("believed from two pictures, and after one hold; 90 % intervals", fontsize=10)
     axes.legend(frameon=False, fontsize=8)
 
 
 def _draw_motions(axes: Axes, motions: Sequence[CheckedMotion]) -> None:
     for place, motion in enumerate(motions):
         if np.isfinite(motion.work).all():
-            label = "predicted, over feasible samples" if place == 0 else None
+            label = "predicted from two pictures" if place == 0 else None
             draw_intervals(axes, [place], [motion.work], OBJECT_COLOURS[0], label, capsize=3.0)
         label = "simulated with the true object" if place == 0 else None
         axes.plot([place], [motion.simulated], "x", color=OBJECT_COLOURS[2], markersize=9.0, label=label)
     names = [f"{each.object_name}\nby {each.grip}\np = {each.p_best:.2f}" for each in motions]
     axes.set_xticks(range(len(motions)), names, fontsize=8)
     axes.set_ylabel("work of mashing (J)")
-    axes.set_title("options, in the order of choice", fontsize=10)
+    axes.set_title("options, best first", fontsize=10)
     axes.legend(frameon=False, fontsize=8)

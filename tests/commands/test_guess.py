@@ -65,7 +65,7 @@ def test_memory_narrows_what_it_knows(memory):
         ),
         ([TOOLS, "--memory", "none.sqlite"], "none.sqlite"),
         ([TOOLS, "--set", "prior.sd=-1"], "prior.sd: is -1"),
-        ([], "tools: is missing: tools file"),
+        ([], "tools: is missing (tools file; it needs no grips); example: affordance guess tools.yaml"),
     ],
 )
 def test_what_cannot_be_guessed_is_refused(words, said, tmp_path, monkeypatch):

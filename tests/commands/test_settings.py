@@ -13,6 +13,9 @@ def test_settings_are_listed_with_value_unit_and_source():
     assert "prior.sd = 4000 kg/m^3\n" in out
     assert "(Ross & Gregory" in out
     assert "noise.model = weber\n" in out
+    assert "posterior_log_period = null\n" in out
+    assert "faults.stuck_joint = ''\n" in out
+    assert "0016-faults-and-\n" not in out
 
 
 def test_some_are_listed_by_name_with_what_was_set():

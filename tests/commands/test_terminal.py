@@ -7,7 +7,7 @@ import pytest
 from helpers.answers import answer
 
 from affordance.commands import terminal
-from affordance.commands.terminal import RED, ElapsedTime, QuietErrors, ShownOutput, paint
+from affordance.commands.terminal import RED, ElapsedTime, QuietErrors, ShownOutput, format_error, paint
 
 RED_MARK = "\033[31mNOT TO BE TRUSTED\033[0m"
 
@@ -99,6 +99,16 @@ def test_nothing_is_shown_where_there_is_no_terminal(monkeypatch):
         time.sleep(0.05)
         elapsed.end()
         assert stream.getvalue() == ""
+
+
+def test_error_is_one_line_in_a_pipe_and_wrapped_between_words_on_a_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    problem = "experiment: is 'wieght', must be one of weight, com, reach, hammer; did you mean 'weight'?"
+    assert format_error("affordance", problem, io.StringIO()) == f"affordance: {problem}"
+    shown = format_error("affordance", problem, Screen())
+    assert shown.startswith("\033[31maffordance:\033[0m experiment:")
+    assert max(map(len, shown.replace("\033[31m", "").replace("\033[0m", "").split("\n"))) <= 40
+    assert " ".join(shown.split()).endswith(problem)
 
 
 def test_error_is_coloured_on_a_terminal():

@@ -19,7 +19,7 @@ from affordance.robots.kept import import_arm
 from affordance.simulation.trial import TrialRunner
 
 # Pace on the page, in per cent of real time.
-PACE = re.compile(r"Shown at (\d+) % of real time")
+PACE = re.compile(r"Shown at (\d+)\u00a0% of real time")
 
 
 def test_buttons_and_sliders_change_what_a_browser_shows(children, weight):

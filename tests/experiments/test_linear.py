@@ -114,3 +114,10 @@ def scale_volume(tool, factor):
     ((radius, height),) = (part.shape.sizes for part in tool.components)
     size = factor ** (1.0 / 3.0)
     return cylinder(tool.name, radius=radius * size, height=height * size, mass=tool.mass)
+
+
+def test_learned_fraction_just_below_zero_has_no_sign():
+    own = dict.fromkeys(("first_N", "end_N", "family_N"), 9.0) | {"f": -1e-4}
+    own |= {f"{key}_ci95": (value, value) for key, value in own.items()}
+    table = linear.tabulate({"learners": {"density": own}, "people": own})
+    assert table["learned fraction f"].tolist() == ["0.00 [0.00, 0.00]"] * 2

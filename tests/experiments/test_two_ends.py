@@ -163,6 +163,9 @@ def test_results_have_the_table_to_register_and_the_sheet_to_fill_in(tmp_path, m
     assert (tmp_path / "data_sheet.csv").read_text().startswith("participant,trial,group,phase,object,do,task,")
     assert results.numbers["shares"]["a"]["reach"]["6"][0] == 1.0
     assert results.numbers["contrasts"][0]["people"] <= 7
+    (*_, contrasts) = results.tables.values()
+    assert "_" not in "".join(contrasts) + "".join(map(str, contrasts.to_numpy().ravel()))
+    assert contrasts["people"].dtype == int
     assert all(draw() for _, draw in results.figures.values())
     values = two_ends.predict(Setup(observers=48)).values
     assert values["b"]["hammer_1"].mean() == 0.5

@@ -51,6 +51,12 @@ def test_ordinary_names_are_written_as_before():
     assert '  source:"state":e -> sink:"state":w [];' in describe_diagram(build("state"))
 
 
+def test_legend_explains_the_teaching_signal_only_where_it_is_drawn():
+    assert "teaching signal" not in describe_diagram(build("state"))
+    trial = build_trial_diagram(DEFAULT_SETTINGS, weight.DURATION)
+    assert "teaching signal" in describe_diagram(trial.diagram)
+
+
 def test_no_connection_crosses_the_name_of_a_group():
     """Points along every connection of the Diagram of an experiment are outside the boxes of the groups' names."""
     pygraphviz = pytest.importorskip("pygraphviz")

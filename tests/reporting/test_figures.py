@@ -1,5 +1,8 @@
+import itertools
+
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 
 from affordance.reporting.figures import (
@@ -8,6 +11,7 @@ from affordance.reporting.figures import (
     draw_heights,
     draw_heights_of_points,
     draw_paths,
+    prepare_figure,
     save_figure,
 )
 from affordance.reporting.statistics import estimate_mean
@@ -107,6 +111,25 @@ def test_points_of_the_decoy_are_all_drawn_and_told_apart(rng):
     of_objects, of_points = ([text.get_text() for text in legend.get_texts()] for legend in figure.legends)
     assert (of_objects, of_points) == (["one", "two", "three", "decoy"], names)
     assert_told_apart(points, names)
+
+
+def test_times_of_neighbouring_panels_are_apart(rng):
+    times, mean = np.linspace(0, 3, 31), estimate_mean(rng.normal(size=(6, 3, 31)) * 0.01)
+    decoy = {"centre": estimate_mean(rng.normal(size=(6, 31)) * 0.01)}
+    figure = draw_heights_of_points(
+        times=times,
+        shown=mean.mean,
+        mean=mean,
+        decoy=decoy,
+        labels=["one", "two", "decoy"],
+        shown_label="",
+        num_repeats=6,
+    )
+    prepare_figure(figure)
+    FigureCanvasAgg(figure).draw()
+    for left, right in itertools.pairwise(figure.axes):
+        last, first = left.get_xticklabels()[-1], right.get_xticklabels()[0]
+        assert first.get_window_extent().x0 - last.get_window_extent().x1 > 0.5 * last.get_window_extent().width
 
 
 def test_any_number_of_paths_is_drawn_and_told_apart(rng):

@@ -26,3 +26,14 @@ def test_learners_that_do_the_same_are_not_told_apart():
     assert math.isinf(contrast.num_people)
     text = prediction.format_predictions({}, {"first_N": same}, [contrast])
     assert "density and kinds_map are not distinguished by any of these" in text
+
+
+def test_measures_without_differences_follow_in_one_line():
+    same, other = prediction.summarise(np.full(3, 8500.0)), prediction.summarise(np.array([8000.0, 8100.0, 8300.0]))
+    predictions = {"density": {"a": other, "b": other}, "true": {"a": same, "b": same}}
+    text = prediction.format_predictions({"true": "true density"}, predictions, [])
+    assert text.splitlines()[-1] == "The same for all observers of all learners: true 8500"
+    assert text.startswith("density\n")
+    assert "8100 to" not in text
+    assert "8133" in text
+    assert "e+" not in text

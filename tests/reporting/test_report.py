@@ -308,3 +308,11 @@ def test_only_the_papers_simulations_are_headed_as_the_papers(folder):
 def test_report_without_claims_counts_none(folder):
     write_section(folder / "weight", make_section(1, "My experiment")._replace(figures=[], claims=[]))
     assert "claims are met" not in write_page(folder)
+
+
+def test_findings_begin_with_a_capital_and_percent_signs_follow_a_space(folder):
+    section = make_section(1, "Simulation I")._replace(finding="own memory: right in 51% of cases.")
+    write_section(folder / "weight", section)
+    page = write_page(folder)
+    assert "Own memory: right in 51\u00a0% of cases." in page
+    assert "max-width: 100%" in page  # a length of the style sheet
