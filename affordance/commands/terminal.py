@@ -29,7 +29,7 @@ _PATIENCE = 1.0
 
 
 def find_width(stream: TextIO | None = None) -> int:
-    """Finds the width of the terminal, in characters; 0 if the stream (by default standard output) is none."""
+    """Finds the width in characters of the terminal to which a stream is written; 0 if it is not a terminal."""
     return shutil.get_terminal_size().columns if (stream or sys.stdout).isatty() else 0
 
 

@@ -10,13 +10,7 @@ import numpy as np
 import pandas as pd
 
 from affordance.experiments.drawings import draw_forces
-from affordance.experiments.lifts import (
-    cylinder,
-    measure_each,
-    repeat,
-    run_lifts,
-    summarise_lifts,
-)
+from affordance.experiments.lifts import cylinder, measure_each, repeat, run_lifts, summarise_lifts
 from affordance.experiments.observers import Setup
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results
@@ -70,8 +64,5 @@ def run(setup: Setup) -> Results:
 
 def predict(setup: Setup) -> ObserverNumbers:
     """Computes the numbers of each observer of every learner."""
-    meanings = {
-        "first_N": "force in the first lift of the odd object, N",
-        "last_N": "mean force in its last three lifts, N",
-    }
+    meanings = {"first_N": "force in the first lift of the odd object, N", "last_N": "mean of its last 3 lifts, N"}
     return ObserverNumbers(measure_each(collect(setup), measure), meanings)
