@@ -276,19 +276,15 @@ def plan_strike(
     model: ArmModel,
     pi: Array,
     settings: Settings,
-    *,
-    force: float | None = None,
 ) -> Strike:
     """Plans one blow with a tool of inertial parameters pi about To, expressed in T, (10,).
-
-    ``force`` is the peak resistance, [N]; by default that of the plan.
 
     Raises:
         AffordanceError: If no swing is fast enough.
     """
     if planned.infeasible_reason:
         raise AffordanceError(planned.infeasible_reason)
-    speed = float(planned.compute_speed(pi[None], force)[0])
+    speed = float(planned.compute_speed(pi[None])[0])
     if speed > planned.speeds[-1]:
         raise AffordanceError(
             f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {planned.speeds[-1]:.3g} m/s"

@@ -15,7 +15,7 @@ import scipy
 from pydantic import ConfigDict, Field
 from pydrake.multibody.tree import RotationalInertia
 
-from affordance.arrays import Array
+from affordance.arrays import Array, build_symmetric, list_entries
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import SETTINGS, read_json, read_text, read_yaml
 from affordance.files.constraints import StrPath, Vector, Within, check_path
@@ -54,7 +54,7 @@ class PayloadSetting(NamedTuple):
     def express(self, X_FT: Array) -> "PayloadSetting":
         """Returns the same payload in another frame F, in which the pose of T is X_FT, shape (4, 4)."""
         R, p = X_FT[:3, :3], X_FT[:3, 3]
-        moments = None if self.inertia is None else np.array(list_moments(R @ build_matrix(self.inertia) @ R.T))
+        moments = None if self.inertia is None else np.array(list_entries(R @ build_symmetric(self.inertia) @ R.T))
         return self._replace(centre_of_mass=p + R @ self.centre_of_mass, inertia=moments)
 
 
@@ -124,24 +124,13 @@ def read_payload(path: StrPath) -> PayloadSetting:
     return PayloadSetting(entry.mass, centre, inertia)
 
 
-def list_moments(matrix: Array) -> list[float]:
-    """Lists Ixx, Iyy, Izz, Ixy, Ixz, Iyz of an inertia matrix, shape (3, 3)."""
-    return [float(matrix[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-
-
-def build_matrix(moments: Array) -> Array:
-    """Builds the inertia matrix, shape (3, 3), from Ixx, Iyy, Izz, Ixy, Ixz, Iyz."""
-    xx, yy, zz, xy, xz, yz = moments
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
 def _read_end_effector(path: Path) -> dict[str, Any]:
     """Reads the mapping that contains a mass, which may be nested one level down."""
     content = read_json(path)
     if isinstance(content, Mapping) and "mass" not in content:
         content = next((each for each in content.values() if isinstance(each, Mapping) and "mass" in each), content)
     hand = check_content(path, "", content, _EndEffectorEntry)
-    moments = None if hand.inertia is None else list_moments(np.array(hand.inertia).reshape(3, 3).T)
+    moments = None if hand.inertia is None else list_entries(np.array(hand.inertia).reshape(3, 3).T)
     return {"mass": hand.mass, "com": list(hand.centre), "inertia": moments}
 
 
@@ -179,7 +168,7 @@ def _read_inertial(path: Path, root: Element) -> dict[str, Any]:
             _read_numbers(path, inertia, key, 1)[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         R = scipy.spatial.transform.Rotation.from_euler("xyz", rpy).as_matrix()
-        content["inertia"] = list_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
+        content["inertia"] = list_entries(R @ build_symmetric((xx, yy, zz, xy, xz, yz)) @ R.T)
     return content
 
 

@@ -17,9 +17,9 @@ Syntax and units follow these documents. No line was tried on a controller, and 
 import numpy as np
 import scipy
 
-from affordance.arrays import Array
+from affordance.arrays import Array, build_symmetric, list_entries
 from affordance.exceptions import show_value
-from affordance.identification.payload_formats import PayloadSetting, build_matrix, list_moments
+from affordance.identification.payload_formats import PayloadSetting
 
 _MOMENTS = 9  # number of decimals of moments, [kg m^2]
 _TRANSITION = 0.5  # time in which a UR's controller changes to the new payload, so that the arm does not jump, [s]
@@ -32,8 +32,8 @@ def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
     are those of a point mass.
     """
     m, centre = payload.mass, payload.centre_of_mass
-    matrix = np.zeros((3, 3)) if payload.inertia is None else build_matrix(payload.inertia)
-    xx, yy, zz, xy, xz, yz = list_moments(matrix)
+    matrix = np.zeros((3, 3)) if payload.inertia is None else build_symmetric(payload.inertia)
+    xx, yy, zz, xy, xz, yz = list_entries(matrix)
     # The name may come from a stranger's robot file. In Python's notation it cannot end a line or a comment.
     mark = f"in the frame {show_value(frame)}{'; centre of mass not seen' if payload.is_centre_guessed else ''}"
     point = mark if payload.inertia is not None else f"{mark}; moments not seen: a point mass"

@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.math import RollPitchYaw
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
-from affordance.arrays import Array
+from affordance.arrays import Array, build_symmetric, list_entries
 
 # Moments and products of inertia, by their names in URDF and SDF.
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -103,7 +103,7 @@ class Inertial(NamedTuple):
         except (RuntimeError, ValueError):
             if not RotationalInertia(Ixx, Iyy, Izz).CouldBePhysicallyValid():
                 return f"has an inertia no solid can have (Ixx, Iyy, Izz {Ixx:g}, {Iyy:g}, {Izz:g} kg m^2)"
-            a, b, c = np.linalg.eigvalsh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
+            a, b, c = np.linalg.eigvalsh(build_symmetric(self.moments))
             return (
                 f"has products of inertia no solid can have (Ixy, Ixz, Iyz {Ixy:g}, {Ixz:g}, {Iyz:g} kg m^2, which "
                 f"make the principal moments {a:.4g}, {b:.4g}, {c:.4g}; none may be negative or exceed the sum of "
@@ -122,12 +122,11 @@ class Inertial(NamedTuple):
 
         if self.mass <= 0.0:
             return Inertial(0.0, self.place, self.rpy, (0.0,) * 6, self.in_link)
-        Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
-        principal, axes = np.linalg.eigh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
+        principal, axes = np.linalg.eigh(build_symmetric(self.moments))
         root = np.linalg.cholesky(np.eye(3) + np.ones((3, 3))).T
         s, _ = nnls(root, root @ (0.5 * principal.sum() - principal))
         moments = axes @ np.diag(s.sum() - s) @ axes.T
-        return self._replace(moments=tuple(moments[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()))
+        return self._replace(moments=tuple(list_entries(moments)))
 
 
 class Visual(NamedTuple):

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from affordance.arrays import build_symmetric, list_entries
 from affordance.exceptions import BadValueError
 from affordance.robots.description import Description, Inertial
 from affordance.robots.tree import build_tree
@@ -85,8 +86,7 @@ def compile_masses(robot: Description, root: Element, settings: MassSettings) ->
 
 def _bound(inertial: Inertial, settings: MassSettings) -> Inertial:
     """Applies bounds and balancing to one body."""
-    Ixx, Iyy, Izz, Ixy, Ixz, Iyz = inertial.moments
-    principal, axes = np.linalg.eigh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
+    principal, axes = np.linalg.eigh(build_symmetric(inertial.moments))
     bounded = np.maximum(principal, settings.bound_inertia)
     if settings.balances and (bounded.sum() - 2.0 * bounded < 0.0).any():
         bounded = np.full(3, bounded.mean())
@@ -94,7 +94,7 @@ def _bound(inertial: Inertial, settings: MassSettings) -> Inertial:
     if (bounded == principal).all():
         return inertial._replace(mass=mass)
     moments = axes @ np.diag(bounded) @ axes.T
-    return inertial._replace(mass=mass, moments=tuple(moments[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()))
+    return inertial._replace(mass=mass, moments=tuple(list_entries(moments)))
 
 
 def write_inertial(body: Element, inertial: Inertial) -> None:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, build_symmetric
 from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.objects.colour import Colour, show_colour
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
@@ -144,17 +144,12 @@ def _compare_moments(description: Description, link: str, parts: list[Component]
     pi = inertial.mass * Phi / Phi[0]
     p = pi[1:4] / inertial.mass
     about = pi[4:7] - inertial.mass * (p @ p - p**2)
-    written = np.linalg.eigvalsh(_make_symmetric(inertial.moments))
+    written = np.linalg.eigvalsh(build_symmetric(inertial.moments))
     products = pi[7:] - -inertial.mass * p[[0, 0, 1]] * p[[1, 2, 2]]
-    shaped = np.linalg.eigvalsh(_make_symmetric((*about, *products)))
+    shaped = np.linalg.eigvalsh(build_symmetric((*about, *products)))
     if (written > _OFF * shaped).any() or (shaped > _OFF * written).any():
         was, now = (" ".join(f"{each:.2g}" for each in values) for values in (written, shaped))
         return [
             f"link {link} has principal moments of {was} kg m^2, and its shape and mass {now}: the latter are used"
         ]
     return []
-
-
-def _make_symmetric(moments: tuple[float, ...]) -> Array:
-    a, b, c, d, e, f = moments
-    return np.array([[a, d, e], [d, b, f], [e, f, c]])

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from pydrake.multibody.tree import BodyIndex
 
+from affordance.arrays import build_symmetric
 from affordance.robots.reduced_arm import ReducedArm, ReducedLink
 
 # Margin added to distances between joints, and to centres of mass: half the width of a large industrial link, [m].
@@ -90,8 +91,7 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
 
 def _compute_gyration(link: ReducedLink) -> float:
     """Computes the largest radius of gyration of a link, [m]."""
-    Ixx, Iyy, Izz, Ixy, Ixz, Iyz = link.inertial.moments
-    largest = np.linalg.eigvalsh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])[-1]
+    largest = np.linalg.eigvalsh(build_symmetric(link.inertial.moments))[-1]
     return math.sqrt(max(float(largest), 0.0) / link.inertial.mass)
 
 

@@ -32,9 +32,10 @@ TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
 @pytest.mark.parametrize("force", [180.0, 427.0])
 def test_speed_gives_the_tip_the_energy_that_nail_and_contact_take(planned, own_model, hammer, grip, force):
     """Kinetic energy at the end of the swing, with Drake's mass matrix, is the energy that nail and contact take."""
-    (speed,) = planned[grip].compute_speed(PI[grip][None], force)
-    target, nail = planned[grip].target, hammer.nail
-    swing = plan_strike(planned[grip], hammer, own_model, PI[grip], DEFAULT_SETTINGS, force=force).swing
+    cost = dataclasses.replace(planned[grip], force=force)
+    (speed,) = cost.compute_speed(PI[grip][None])
+    target, nail = cost.target, hammer.nail
+    swing = plan_strike(cost, hammer, own_model, PI[grip], DEFAULT_SETTINGS).swing
     own_model.set_payload(PI[grip])
     own_model.set_state(np.concatenate([swing.q_end, swing.v_end]))
     J = own_model.compute_point_jacobian(target.p_TS)
@@ -52,8 +53,9 @@ def test_speed_gives_the_tip_the_energy_that_nail_and_contact_take(planned, own_
 @pytest.mark.parametrize("grip", HELD)
 @pytest.mark.parametrize("force", [150.0, 260.0, 427.0])
 def test_interpolated_work_is_that_of_the_swing_itself(hammer, planned, own_model, grip, force):
-    costs = planned[grip].compute(PI[grip][None], force)
-    swing = plan_strike(planned[grip], hammer, own_model, PI[grip], DEFAULT_SETTINGS, force=force).swing
+    cost = dataclasses.replace(planned[grip], force=force)
+    costs = cost.compute(PI[grip][None])
+    swing = plan_strike(cost, hammer, own_model, PI[grip], DEFAULT_SETTINGS).swing
     times = 0.001 * np.arange(round(swing.duration / 0.001) + 1)
     q, v, _ = swing.evaluate(times)
     motion = PlannedMotion(0.001, q[:-1], v[:-1], np.diff(v, axis=0) / 0.001)
@@ -107,11 +109,12 @@ def test_blow_becomes_infeasible_where_the_swing_itself_breaks_a_torque_limit(ha
     strong = dataclasses.replace(hammer, force=2.2 * hammer.force)
     planned = strong.build_cost(own_model, held.components, DEFAULT_SETTINGS)
     forces = np.linspace(hammer.force, strong.force, 500)
-    feasible = np.array([planned.compute(held.parameters[None], force).feasible[0] for force in forces])
+    costs = [dataclasses.replace(planned, force=force) for force in forces]
+    feasible = np.array([cost.compute(held.parameters[None]).feasible[0] for cost in costs])
     edge = int(np.argmin(feasible))
     assert feasible[:edge].all()
     assert not feasible[edge:].any()
-    swing = plan_strike(planned, strong, own_model, held.parameters, DEFAULT_SETTINGS, force=forces[edge]).swing
+    swing = plan_strike(costs[edge], strong, own_model, held.parameters, DEFAULT_SETTINGS).swing
     assert measure_loads(own_model, swing, held.parameters).max() == pytest.approx(1.0, abs=0.02)
 
 
@@ -126,21 +129,22 @@ def measure_loads(model, swing, pi):
 
 
 def test_blow_beyond_the_table_is_refused(hammer, planned, own_model):
+    cost = dataclasses.replace(planned["steel"], force=3000.0)
     with pytest.raises(AffordanceError, match=r"needs a tip speed of [\d.]+ m/s, the joints' limits allow"):
-        plan_strike(planned["steel"], hammer, own_model, PI["steel"], DEFAULT_SETTINGS, force=3000.0)
-    assert not planned["steel"].compute(PI["steel"][None], force=3000.0).feasible[0]
+        plan_strike(cost, hammer, own_model, PI["steel"], DEFAULT_SETTINGS)
+    assert not cost.compute(PI["steel"][None]).feasible[0]
 
 
 def test_blow_just_beyond_the_table_is_refused_and_a_weak_one_takes_the_slowest_swing(hammer, planned, own_model):
     """Forces up to 0.1 % beyond that of the fastest swing are refused; one that drives nothing needs no speed."""
     cost, tool = planned["wood"], PI["wood"]
     forces = np.geomspace(hammer.force, 20.0 * hammer.force, 3000)
-    fast = np.array([cost.compute_speed(tool[None], force)[0] for force in forces])
-    beyond = forces[np.argmax(fast > cost.speeds[-1])]
+    costs = [dataclasses.replace(cost, force=force) for force in forces]
+    beyond = next(each for each in costs if each.compute_speed(tool[None])[0] > cost.speeds[-1])
     with pytest.raises(AffordanceError, match="needs a tip speed of"):
-        plan_strike(cost, hammer, own_model, tool, DEFAULT_SETTINGS, force=float(beyond))
-    nothing = 0.5 * hammer.nail.stiffness * hammer.nail.depth_set
-    swing = plan_strike(cost, hammer, own_model, tool, DEFAULT_SETTINGS, force=nothing).swing
+        plan_strike(beyond, hammer, own_model, tool, DEFAULT_SETTINGS)
+    nothing = dataclasses.replace(cost, force=0.5 * hammer.nail.stiffness * hammer.nail.depth_set)
+    swing = plan_strike(nothing, hammer, own_model, tool, DEFAULT_SETTINGS).swing
     own_model.set_posture(swing.q_end)
     tip = cost.target.direction_W @ own_model.compute_point_jacobian(cost.target.p_TS) @ swing.v_end
     assert tip == pytest.approx(cost.speeds[0], rel=1e-6)

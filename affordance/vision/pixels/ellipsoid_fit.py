@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from affordance.arrays import Array
+from affordance.arrays import Array, build_symmetric, list_entries
 from affordance.vision.pixels.rgbd import Camera
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
@@ -79,17 +79,9 @@ class PartView(NamedTuple):
 
 
 def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
-    """Moves an ellipsoid by d, [m], and deforms it by E (xx, yy, zz, xy, xz, yz), given together as numbers, (9,)."""
-    stretch = np.eye(3) + build_strain(numbers[3:9])
+    """Moves and deforms an ellipsoid by d, [m], and E (xx, yy, zz, xy, xz, yz), together (9,)."""
+    stretch = np.eye(3) + build_symmetric(numbers[3:9])
     return SeenEllipsoid(ellipsoid.centre + numbers[:3], stretch @ ellipsoid.shape_matrix @ stretch)
-
-
-def build_strain(numbers: Array) -> Array:
-    """Builds the symmetric E, (3, 3), from its six numbers xx, yy, zz, xy, xz, yz."""
-    E = np.zeros((3, 3))
-    for (i, j), value in zip(INDICES, numbers, strict=True):
-        E[i, j] = E[j, i] = value
-    return E
 
 
 def express_fit(fit: Fit, X_TC: Array) -> Fit:
@@ -98,8 +90,8 @@ def express_fit(fit: Fit, X_TC: Array) -> Fit:
     turn = np.zeros((NUM_NUMBERS, NUM_NUMBERS))
     turn[:3, :3] = R
     for column in range(6):
-        E = R @ build_strain(np.eye(6)[column]) @ R.T
-        turn[3:, 3 + column] = [E[place] for place in INDICES]
+        E = R @ build_symmetric(np.eye(6)[column]) @ R.T
+        turn[3:, 3 + column] = list_entries(E)
     ellipsoid = SeenEllipsoid(R @ fit.ellipsoid.centre + X_TC[:3, 3], R @ fit.ellipsoid.shape_matrix @ R.T)
     return fit._replace(ellipsoid=ellipsoid, covariance=turn @ fit.covariance @ turn.T)
 
@@ -139,7 +131,7 @@ def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Arr
 
     With S = (I + E) S_0 (I + E):  dF = -2 g^T dc - g^T dS g, (N, 9).
     """
-    h = g @ (np.eye(3) + build_strain(numbers[3:9])) @ start.shape_matrix
+    h = g @ (np.eye(3) + build_symmetric(numbers[3:9])) @ start.shape_matrix
     strains = [g[:, i] * h[:, j] + (g[:, j] * h[:, i] if i != j else 0.0) for i, j in INDICES]
     return np.column_stack([-2.0 * g, *(-2.0 * strain for strain in strains)])
 

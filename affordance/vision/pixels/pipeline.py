@@ -5,7 +5,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from affordance.arrays import Array, Mask
+from affordance.arrays import Array, Mask, build_symmetric
 from affordance.exceptions import HiddenPartError, NoFitError, TooSmallError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Ellipsoid
@@ -16,7 +16,6 @@ from affordance.vision.pixels.ellipsoid_fit import (
     PartView,
     SeenEllipsoid,
     UndeterminedError,
-    build_strain,
     express_fit,
     fit_ellipsoid,
     trace_rays,
@@ -122,7 +121,7 @@ def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
     deformations = np.zeros((NUM_NUMBERS, 4, 4))
     errors = (directions * np.sqrt(np.maximum(0.0, variances))).T
     for error, deformation in zip(errors, deformations, strict=True):
-        E = build_strain(error[3:])
+        E = build_symmetric(error[3:])
         deformation[:3, :3] = E
         deformation[:3, 3] = error[:3] - E @ X_TE[:3, 3]
     return ComponentFeatures(colour, Ellipsoid((a, b, c)), X_TE, colour_sd=COLOUR_SD, deformations=deformations)

@@ -7,13 +7,13 @@ from helpers.synthetic_pictures import CAMERA, NOISY, PERFECT, STAND, draw_pictu
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from affordance.arrays import build_symmetric
 from affordance.vision.pixels import ellipsoid_fit
 from affordance.vision.pixels.ellipsoid_fit import (
     Fit,
     PartView,
     SeenEllipsoid,
     UndeterminedError,
-    build_strain,
     deform,
     express_fit,
     fit_ellipsoid,
@@ -80,7 +80,7 @@ def test_deformations_are_affine_maps_of_the_surface(rng):
     directions = rng.standard_normal((20, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     points = EGG.centre + directions @ np.linalg.cholesky(EGG.shape_matrix).T
-    moved = EGG.centre + numbers[:3] + (points - EGG.centre) @ (np.eye(3) + build_strain(numbers[3:]))
+    moved = EGG.centre + numbers[:3] + (points - EGG.centre) @ (np.eye(3) + build_symmetric(numbers[3:]))
     deformed = deform(EGG, numbers)
     from_centre = moved - deformed.centre
     quadratic = np.einsum("ni,ij,nj->n", from_centre, np.linalg.inv(deformed.shape_matrix), from_centre)
