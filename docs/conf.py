@@ -90,6 +90,7 @@ NotebookClient.__init__ = functools.partialmethod(
 )
 # Commands of tutorials are those of this environment.
 os.environ["TQDM_DISABLE"] = "1"
+os.environ["COLUMNS"] = "88"  # characters that fit across a page
 os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 

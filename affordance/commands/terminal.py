@@ -29,7 +29,12 @@ _PATIENCE = 1.0
 
 
 def find_width(stream: TextIO | None = None) -> int:
-    """Finds the width of the terminal, in characters; 0 if the stream (by default standard output) is none."""
+    """Finds the width of the terminal, in characters; 0 if the stream is none.
+
+    The stream is by default standard output, which takes the width in the variable COLUMNS elsewhere, too.
+    """
+    if stream is None and os.environ.get("COLUMNS") and not sys.stdout.isatty():
+        return shutil.get_terminal_size(fallback=(0, 0)).columns
     return shutil.get_terminal_size().columns if (stream or sys.stdout).isatty() else 0
 
 
