@@ -193,7 +193,7 @@ def shorten_defaults(
 
 
 def repair_docstring(app: Any, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
-    """Drops Python's own docstring of named tuples; writes the colon that napoleon would end a type with as a dash."""
+    """Drops Python's own docstring of named tuples; turns a colon that napoleon would end a type with into a dash."""
     lines[:] = [line for line in lines if not line.startswith("Create new instance of ")]
     if what == "property" and lines:
         lines[0] = lines[0].replace(": ", " \u2013 ", 1)
