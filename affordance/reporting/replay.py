@@ -45,8 +45,8 @@ _ZOOM = 5.0
 _ZOOMING = 0.7
 
 
-# Bar at the foot of a page, with places for title, legend, captions (each begins with its first time), and the tangents
-# of half the angles that are seen at least, to the sides and upwards, above the bar.
+# Bar at the foot of a page, with places for title, legend, captions (each begins with its first time), and the
+# tangents of half the angles that are seen at least, to the sides and upwards, above the bar.
 _BAR = """<meta name="viewport" content="width=device-width, initial-scale=1">
 <style>
 #bar{position:fixed;left:0;right:0;bottom:0;padding:8px 12px;background:#ffffffe6;font:14px/1.5 sans-serif;
