@@ -90,6 +90,7 @@ NotebookClient.__init__ = functools.partialmethod(
 )
 # Commands of tutorials are those of this environment.
 os.environ["TQDM_DISABLE"] = "1"
+os.environ["COLUMNS"] = "88"  # characters that fit across a page
 os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 
@@ -191,6 +192,13 @@ def shorten_defaults(
     return signature, returned
 
 
+def repair_docstring(app: Any, what: str, name: str, thing: object, options: object, lines: list[str]) -> None:
+    """Drops Python's own docstring of named tuples; turns a colon that napoleon would end a type with into a dash."""
+    lines[:] = [line for line in lines if not line.startswith("Create new instance of ")]
+    if what == "property" and lines:
+        lines[0] = lines[0].replace(": ", " \u2013 ", 1)
+
+
 def setup(app: Any) -> None:
     """Adds what this file defines to Sphinx."""
     add_formulas(app)
@@ -201,5 +209,6 @@ def setup(app: Any) -> None:
     app.connect("autodoc-skip-member", skip_field)
     app.connect("autodoc-before-process-signature", drop_bounds)
     app.connect("autodoc-process-signature", shorten_defaults)
+    app.connect("autodoc-process-docstring", repair_docstring, priority=400)  # before napoleon
     app.connect("autodoc-process-docstring", lambda app, what, name, thing, options, lines: link_documents(lines))
     app.connect("build-finished", check_limits)

@@ -97,6 +97,14 @@ def _drafts() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
+def _any_width() -> Iterator[None]:
+    """Answers are as wide as they need to be, whatever the terminal of the tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("COLUMNS", raising=False)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
 def _kept_plans(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Swings and motions are planned once, whichever test needs them first."""
     with keep_plans(find_shared_folder(tmp_path_factory) / "plans"):

@@ -29,7 +29,12 @@ _PATIENCE = 1.0
 
 
 def find_width(stream: TextIO | None = None) -> int:
-    """Finds the width in characters of the terminal to which a stream is written; 0 if it is not a terminal."""
+    """Finds the width in characters of the terminal to which a stream is written; 0 if it is not a terminal.
+
+    Standard output, the default, has the width in the variable COLUMNS if it is not a terminal.
+    """
+    if stream is None and os.environ.get("COLUMNS") and not sys.stdout.isatty():
+        return shutil.get_terminal_size(fallback=(0, 0)).columns
     return shutil.get_terminal_size().columns if (stream or sys.stdout).isatty() else 0
 
 

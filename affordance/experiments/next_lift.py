@@ -102,7 +102,7 @@ def run(setup: Setup) -> Results:
             [things[index] for index in free],
             records[len(FAMILIAR) :],
             setup.settings,
-            f"next_lift, seed {setup.seed}",
+            f"next lift, seed {setup.seed}",
         ),
         seen=things,
         learners=[*learners],

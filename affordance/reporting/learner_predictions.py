@@ -139,7 +139,7 @@ def format_predictions(
             same.append(f"{name} {_show(first.low)}")
             continue
         lines.append(f"{name}: {meanings[name]}" if meanings.get(name) else name)
-        rows = [["", "mean", "95 % interval", "SD between observers", "90 % of observers"]]
+        rows = [["", "mean", "95 % interval", "SD", "90 % of observers"]]
         for learner, found in by_learner.items():
             interval = f"[{_show(found.mean.low)}, {_show(found.mean.high)}]"
             spread = f"{_show(found.low)} to {_show(found.high)}"

@@ -45,16 +45,16 @@ _ZOOM = 5.0
 _ZOOMING = 0.7
 
 
-# Bar at the foot of a page, with places for title, captions, each of which begins with its first time, and the
+# Bar at the foot of a page, with places for title, legend, captions (each begins with its first time), and the
 # tangents of half the angles that are seen at least, to the sides and upwards, above the bar.
 _BAR = """<meta name="viewport" content="width=device-width, initial-scale=1">
 <style>
 #bar{position:fixed;left:0;right:0;bottom:0;padding:8px 12px;background:#ffffffe6;font:14px/1.5 sans-serif;
 display:grid;grid-template-columns:auto 1fr auto;gap:2px 12px;align-items:center}#bar b,#bar div{grid-column:1/-1}
 .dg,#bar span{display:none}#bar span.now{display:inline}#bar button{width:5em;font:inherit}
-#bar output{min-width:8em}
+#bar output{min-width:8em}#bar small{font-weight:normal}
 </style>
-<div id="bar"><b>%s</b><div>%s</div><button type="button">Pause</button>
+<div id="bar"><b>%s<small>%s</small></b><div>%s</div><button type="button">Pause</button>
 <input type="range" min="0" step="0.01" aria-label="time"><output></output></div>
 <script>
 (() => {
@@ -142,7 +142,8 @@ def write_replay(
         # collector runs in whatever thread comes by. So it is freed here.
         del meshcat
         gc.collect()
-    write_text(path, _add_bar(page, title, captions, view))
+    has_line = p_WG is not None or all(scene.placement is None for scene in scenes)
+    write_text(path, _add_bar(page, title, "; red line: the goal" if has_line else "", captions, view))
 
 
 def open_meshcat(what: str) -> Meshcat:
@@ -279,9 +280,9 @@ def set_stage(
     meshcat.SetProperty("/Axes", "visible", False)
 
 
-def _add_bar(page: str, title: str, captions: Sequence[str], view: SideView) -> str:
+def _add_bar(page: str, title: str, legend: str, captions: Sequence[str], view: SideView) -> str:
     """Sets the title of the page and adds a bar to its foot: play, clock, time, and the caption of what is shown."""
     lines = "".join(f"<span>{html.escape(caption)}</span>" for caption in captions)
-    bar = _BAR % (html.escape(title), lines, [view.wide, view.high])
+    bar = _BAR % (html.escape(title), legend, lines, [view.wide, view.high])
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>")
     return page.replace("</body>", f"{bar}\n</body>")

@@ -111,6 +111,16 @@ def test_error_is_one_line_in_a_pipe_and_wrapped_between_words_on_a_terminal(mon
     assert " ".join(shown.split()).endswith(problem)
 
 
+@pytest.mark.parametrize(("given", "width"), [(None, 0), ("50", 50), ("many", 0)])
+def test_width_of_a_pipe_is_the_one_that_is_given(monkeypatch, given, width):
+    if given is not None:
+        monkeypatch.setenv("COLUMNS", given)
+    monkeypatch.setattr("sys.stdout", io.StringIO())
+    monkeypatch.setattr("sys.__stdout__", io.StringIO())
+    assert terminal.find_width() == width
+    assert terminal.find_width(io.StringIO()) == 0
+
+
 def test_error_is_coloured_on_a_terminal():
     assert paint("affordance:", RED, Screen()) == "\033[31maffordance:\033[0m"
 

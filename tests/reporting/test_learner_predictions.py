@@ -37,3 +37,9 @@ def test_measures_without_differences_follow_in_one_line():
     assert "8100 to" not in text
     assert "8133" in text
     assert "e+" not in text
+
+
+def test_rows_of_a_usual_prediction_fit_a_narrow_terminal():
+    values = np.array([-0.000105, 0.0302, 0.0544])
+    text = prediction.format_predictions({}, {"drop_m": {"kinds_drawn": prediction.summarise(values)}}, [], width=80)
+    assert len(text.splitlines()) == 3

@@ -28,6 +28,7 @@ def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight, scenes):
     write_replay(path, weight.settings.arm, scenes, title="A & B")
     page = path.read_text(encoding="utf-8")
     assert "<title>A &amp; B</title>" in page
+    assert "red line: the goal" in page
     assert "0.0 to 0.2 s: rod_10cm &lt;shown&gt;" in page
     assert "0.7 to 0.9 s: rod_15cm" in page
     # Everything is carried inside; nothing is fetched.
@@ -54,7 +55,7 @@ def test_arm_is_wholly_seen_and_large_above_a_bar_that_plays(tmp_path, weight, s
             assert -1.0 < left < right < 1.0
             assert -1.0 < low < high < 1.0
             assert height < 0.5 * width or right - left > 1.0
-        assert bar.locator("b").text_content() == "A & B"
+        assert bar.locator("b").text_content() == "A & B; red line: the goal"
         page.get_by_role("button", name="Play").click()
         page.wait_for_function("() => viewer.animator.time > 0.8")
     assert errors == []
@@ -109,6 +110,7 @@ def test_recording_lasts_as_long_as_the_slowed_scenes_and_captions_say_so(tmp_pa
     path = tmp_path / "replay.html"
     write_replay(path, weight.settings.arm, blows, title="")
     page = path.read_text(encoding="utf-8")
+    assert "red line" not in page
     # 20 of 200 ms are shown in 1 s; then there is a pause.
     assert "0.0 to 1.2 s: rod_10cm &lt;shown&gt; (50 × slower around the strike, 0.1 to 1.1 s)" in page
     assert "1.7 to 2.9 s: rod_15cm &lt;shown&gt; (50 × slower around the strike, 1.8 to 2.8 s)" in page

@@ -235,7 +235,7 @@ def conf(monkeypatch):
     formulas.add_formulas = lambda app: None
     for name, stub in {"nbclient": client, "docs.formulas": formulas}.items():
         monkeypatch.setitem(sys.modules, name, stub)
-    for name in ("PATH", "PYTHONPATH", "TQDM_DISABLE"):
+    for name in ("COLUMNS", "PATH", "PYTHONPATH", "TQDM_DISABLE"):
         monkeypatch.setenv(name, "")  # which the configuration changes
     monkeypatch.setattr(sys, "path", list(sys.path))
     spec = importlib.util.spec_from_file_location("conf", ROOT / "docs" / "conf.py")
@@ -251,7 +251,7 @@ class Builder:
         self.outdir, self.handlers, self.env = str(out), [], self
         conf.setup(self)
 
-    def connect(self, event, handler):
+    def connect(self, event, handler, priority=500):
         self.handlers.append((event, handler))
 
     def doc2path(self, name):
@@ -279,6 +279,19 @@ def test_signatures_leave_out_bounds_and_paths_of_the_machine(conf):
     )
     wanted = "(a = MODELS, b = MODELS / 'arm.sdf', c = 'results', d = Prior())"
     assert conf.shorten_defaults(None, "class", "", None, None, given, "Path") == (wanted, "Path")
+
+
+@pytest.mark.parametrize(
+    ("what", "given", "wanted"),
+    [
+        ("class", ["Create new instance of Run(q)"], []),
+        ("property", ["Text of a run: its hash."], ["Text of a run \u2013 its hash."]),
+        ("method", ["Reads it: all."], ["Reads it: all."]),
+    ],
+)
+def test_docstrings_are_shown_as_written(conf, what, given, wanted):
+    conf.repair_docstring(None, what, "", None, None, given)
+    assert given == wanted
 
 
 def test_front_page_is_written_before_anything_can_fail(conf, tmp_path):
