@@ -22,7 +22,7 @@ from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results
 from affordance.reporting.claims import check, claim
 
-NAME = "starting_point"  # name of the folder of results
+NAME = "starting_point"  # of the folder in which finished observers are kept; results go to that of the file
 OBSERVERS, EVERY_LEARNER = 20, True  # observers of each learner, unless --repeats says another number
 FAMILY = {"short": 0.06, "middle": 0.09, "long": 0.12}  # heights, [m]
 TOOLS = [cylinder(name, radius=0.04, height=height, mass=10.0 * height) for name, height in FAMILY.items()]

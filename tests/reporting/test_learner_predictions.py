@@ -26,3 +26,12 @@ def test_learners_that_do_the_same_are_not_told_apart():
     assert math.isinf(contrast.num_people)
     text = prediction.format_predictions({}, {"first_N": same}, [contrast])
     assert "density and kinds_map are not distinguished by any of these" in text
+
+
+def test_learners_that_differ_by_less_than_observers_do_are_not_told_apart():
+    drawn = np.random.default_rng(5).normal(0.0, 1.0, 1000)
+    alike = {"density": prediction.summarise(drawn), "kinds_map": prediction.summarise(drawn + 0.001)}
+    (contrast,) = prediction.contrast_learners({"first_N": alike})
+    text = prediction.describe_contrast(contrast)
+    assert text.startswith("density and kinds_map are not distinguished by any of these: they differ most in first_N")
+    assert "it would take more than 100000 participants per group (two-sided .05, power .9) if people differ" in text
