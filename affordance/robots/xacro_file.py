@@ -27,6 +27,7 @@ _LEVELS, _MOST_FOLDERS = 6, 500
 _TEMPLATE = re.compile(rb"<(/)?xacro:|xmlns:xacro|\$\{|\$\(")
 _UNKNOWN_PACKAGE = re.compile(r"Package not found: ([\w.-]+)")
 _UNDEFINED = re.compile(r"[Uu]ndefined substitution argument (\w+)")
+_MISSING = re.compile(r"No such file or directory: '?(.+?)'?(?: \[Errno|$)")
 
 
 @dataclass(frozen=True)
@@ -166,6 +167,8 @@ def _explain(path: Path, status: int, said: str, packages: Mapping[str, str]) ->
     if undefined := _UNDEFINED.search(said):
         name = undefined[1]
         return BadValueError(path, "", f"needs a value for {name}: --xacro {name}:=VALUE sets it")
+    if missing := _MISSING.search(said):
+        return BadValueError(path, "", f"includes {missing[1]}, which does not exist")
     if "Permission denied" in said:
         problem = f"reads a file outside its own folder and all packages: {said.partition(': ')[2]}"
         return BadValueError(path, "", f"{problem}; --package NAME=DIR adds a folder")

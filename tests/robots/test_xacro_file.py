@@ -66,6 +66,7 @@ def test_arm_of_a_template_is_that_of_its_expansion(tmp_path: Path) -> None:
         ),
         ('<xacro:include filename="$(find nowhere)/a.xacro"/>', AS_IT_IS, "--package nowhere=DIR says where it is"),
         ('<link name="$(arg side)"/>', AS_IT_IS, "needs a value for side: --xacro side:=VALUE sets it"),
+        ('<xacro:include filename="gone.xacro"/>', AS_IT_IS, "/robot/gone.xacro, which does not exist"),
         ("<xacro:nothing/>", AS_IT_IS, "cannot be expanded by xacro: "),
         (
             "<link name=\"${xacro.load_yaml('../outside.yaml')['a']}\"/>",
