@@ -6,8 +6,8 @@ from pathlib import Path
 
 from affordance.belief.learner import Learner
 from affordance.belief.learners import LEARNERS, RIVALS
+from affordance.commands.columns import add_columns, read_columns
 from affordance.commands.options import add_jobs, add_seed, add_set, check_bounds, refuse_changes
-from affordance.commands.tables import add_columns, read_columns
 from affordance.exceptions import BadValueError
 from affordance.named_settings import change_settings, parse_changes
 from affordance.objects.load import load_tools

@@ -1,10 +1,10 @@
 """Options that describe a trial table, its objects and columns, and the reader of the table."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.choice.inner_simulation import TaskCostModel
+from affordance.commands.columns import add_columns, read_columns
 from affordance.exceptions import BadValueError
 from affordance.experiments.trials import COLUMNS, TrialTable, read_trials
 from affordance.objects.load import load_tools
@@ -24,17 +24,6 @@ def add_table_options(parser: argparse.ArgumentParser) -> None:
     add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the objects file)")
 
 
-def add_columns(parser: argparse.ArgumentParser, columns: Sequence[str]) -> None:
-    """Adds the option that gives names of columns in the user's table."""
-    what = "columns that have another name in your table, for example object=stim participant=subj; ours are "
-    parser.add_argument("--columns", nargs="+", default=[], metavar="OURS=THEIRS", help=f"{what}{', '.join(columns)}")
-
-
-def read_columns(arguments: argparse.Namespace) -> dict[str, str]:
-    """Reads the names of columns in the user's table, by this program's names."""
-    return dict(map(_split, arguments.columns))
-
-
 def open_table(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[TrialTable, dict[str, TaskCostModel]]:
@@ -45,10 +34,3 @@ def open_table(
     tools = load_tools(arguments.objects, materials, arguments.meshes)
     table = read_trials(path, tools, materials, columns=read_columns(arguments), tasks=robot.tasks)
     return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
-
-
-def _split(word: str) -> tuple[str, str]:
-    ours, _, theirs = word.partition("=")
-    if not (ours and theirs):
-        raise BadValueError("--columns", "", f"is {word!r}, must be OURS=THEIRS, for example object=stim")
-    return ours, theirs
