@@ -107,6 +107,14 @@ def name_object(name: str) -> str:
     return name if name.split(" ", 1)[0].lower() in _DETERMINERS else f"the {name}"
 
 
+def name_gripped(option: str) -> str:
+    """Formats the name of an option for a sentence: "mallet by head" becomes "the mallet by its head"."""
+    name, _, grip = option.rpartition(" by ")
+    if not name:
+        return name_object(option)
+    return f"{name_object(name)} {grip if grip.endswith('ed') else f'by its {grip}'}"
+
+
 @dataclass(eq=False, repr=False)
 class BadValueError(AffordanceError):
     """Error for a value in a file or on the command line: missing, of the wrong kind, or out of bounds.

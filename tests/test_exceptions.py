@@ -21,6 +21,7 @@ from affordance.exceptions import (
     UnusablePictureError,
     describe_choice,
     find_hidden,
+    name_gripped,
     show_text,
 )
 
@@ -124,3 +125,16 @@ def test_prose_may_have_lines_and_spaces_and_no_letter_many_marks():
     heaped = "a" + "\u0301" * 5
     assert find_hidden(heaped) == "the hidden character U+0301"
     assert show_text(heaped + "b\u0301") == "a" + "\u0301" * 4 + "\ufffdb\u0301"
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        ("mallet by head", "the mallet by its head"),
+        ("mallet by choked", "the mallet choked"),
+        ("my hammer by handle", "my hammer by its handle"),
+        ("mallet", "the mallet"),
+    ],
+)
+def test_an_option_is_named_as_in_a_sentence(option, said):
+    assert name_gripped(option) == said

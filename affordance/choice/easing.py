@@ -13,6 +13,7 @@ from affordance.choice.options import Option
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_once
 from affordance.choice.ranking import Ranking
+from affordance.exceptions import name_gripped
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
@@ -43,7 +44,7 @@ def explain_failure(
     nearest = ranking.ranked[0]
     easier = find_easier(nearest.option, task, memory, settings, bounds.admit, rng)
     reason = "; ".join([nearest.infeasible_reason, *([easier] if easier else [])])
-    return f"no tool can do the task; nearest is {nearest.option.name}: {reason}"
+    return f"no tool can do the task; nearest is {name_gripped(nearest.option.name)}: {reason}"
 
 
 def find_easier(

@@ -39,3 +39,20 @@ def announce(arguments: argparse.Namespace, *commands: Sequence[object]) -> None
     lines = ["Demonstration on simulated recordings from the package. It runs"]
     lines += [f"    {shlex.join(map(str, ('affordance', *command)))}" for command in commands]
     tell(arguments, "\n".join([*lines, ""]))
+
+
+def fill_in_recording(arguments: argparse.Namespace, flange: str) -> None:
+    """Fills in the arguments of ``identify`` for the recording of the package, and prints the command.
+
+    Args:
+        arguments: Parsed arguments, which are changed.
+        flange: Frame of the arm that counts as a controller's flange, unless the user names another.
+    """
+    names = ("loaded", "empty", "object", "description", "tip", "base")
+    check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in names})
+    arguments.flange = arguments.flange or flange
+    words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
+    announce(arguments, ["identify", *words, "--size-error", 0.02, "--unseen", 0.02, "--flange", arguments.flange])
+    arguments.demo, arguments.robot, arguments.loaded, arguments.empty = False, ARM_FILE, LOADED, [EMPTY]
+    arguments.object, arguments.object_name = STOCK, PIECE
+    arguments.size_error = arguments.unseen = 0.02

@@ -9,7 +9,7 @@ from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.commands import options
-from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, announce, check_alone
+from affordance.commands.demo import ARM_FILE, MASS, PIECE, fill_in_recording
 from affordance.commands.parser import ROBOT, find_group
 from affordance.commands.payload_files import write_belief
 from affordance.commands.payload_text import describe_payload
@@ -178,15 +178,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
-    """Identifies the recording that comes with the package; its hand counts as the flange of a controller."""
-    names = ("loaded", "empty", "object", "description", "tip", "base")
-    check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in names})
-    words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
-    arguments.flange = arguments.flange or HAND_FRAME
-    announce(arguments, ["identify", *words, "--size-error", 0.02, "--unseen", 0.02, "--flange", arguments.flange])
-    arguments.demo, arguments.robot, arguments.loaded, arguments.empty = False, ARM_FILE, LOADED, [EMPTY]
-    arguments.object, arguments.object_name = STOCK, PIECE
-    arguments.size_error = arguments.unseen = 0.02
+    """Identifies the recording that comes with the package."""
+    fill_in_recording(arguments, flange=HAND_FRAME)
     status = run(arguments)
     if not arguments.json:
         options.tell(arguments, f"\nThe true mass of the {PIECE} in the simulation is {MASS:.3f} kg.")
@@ -283,7 +276,13 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
             raise BadValueError(loaded.source, "compensated_payload", problem)
     if not tip:
         raise BadValueError("--tip", "", "is missing, must be given here or in the run's description")
-    found = load_robot(robot, tip, arguments.base or loaded.description.base or None)
+    try:
+        found = load_robot(robot, tip, arguments.base or loaded.description.base or None)
+    except BadValueError as error:
+        option = str(error.source).removeprefix("--")
+        if option in ("tip", "base") and not getattr(arguments, option) and getattr(loaded.description, option):
+            raise BadValueError(loaded.source, f"{option} in its description", error.problem) from error
+        raise
     if arguments.joint_limits is None:
         return found
     # Velocity limits stay those of the robot's file: a recording may be faster than a planner's limits.

@@ -27,7 +27,7 @@ from affordance.commands.workbench import (
     rank_tools,
     see_tools,
 )
-from affordance.exceptions import AffordanceError, name_object
+from affordance.exceptions import AffordanceError, name_gripped, name_object
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
 from affordance.memory.past_arms import describe_past_arms
@@ -167,11 +167,11 @@ def _describe_decision(decision: OpenDecision, unit: str) -> str:
         return f"no option can do it (P = {1.0 - decision.p_possible:.3f})"
     if not decision.is_usable:
         return (
-            f"no option is usable yet: {name_object(decision.best)} comes nearest, feasible with probability "
+            f"no option is usable yet: {name_gripped(decision.best)} comes nearest, feasible with probability "
             f"{decision.p_feasible:.2f}, which must be at least {MIN_FEASIBILITY:g}"
         )
     return (
-        f"take {name_object(decision.best)}, best with probability {decision.p_best:.2f}; "
+        f"take {name_gripped(decision.best)}, best with probability {decision.p_best:.2f}; "
         f"expected loss {decision.regret:.3g} {unit}"
     )
 

@@ -16,7 +16,7 @@ from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results
 from affordance.reporting.claims import check, claim
 
-NAME = "starting_point"  # name of the folder of results
+NAME = "starting_point"  # of the folder in which finished observers are kept; results go to that of the file
 OBSERVERS, EVERY_LEARNER = 20, True  # observers of each learner, unless --repeats says another number
 FAMILY = {"short": 0.06, "middle": 0.09, "long": 0.12}  # heights, [m]
 TOOLS = [cylinder(name, radius=0.04, height=height, mass=10.0 * height) for name, height in FAMILY.items()]
@@ -64,5 +64,5 @@ def run(setup: Setup) -> Results:
 
 def predict(setup: Setup) -> ObserverNumbers:
     """Computes the numbers of each observer of every learner."""
-    meanings = {"first_N": "force in the first lift of the odd object, N", "last_N": "mean of its last 3 lifts, N"}
+    meanings = {"first_N": "force in the odd object's first lift, N", "last_N": "mean force in its last three, N"}
     return ObserverNumbers(measure_each(collect(setup), measure), meanings)

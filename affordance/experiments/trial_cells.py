@@ -167,17 +167,22 @@ class Cells:
                 self.refuse(place, name, f"is {show_value(cell)}, must be yes or no")
         return [cell.lower() not in _FALSE for cell in self[name]]
 
-    def read_numbers(self, name: str, low: float, high: float, unit: str = "", small: str = "") -> list[float]:
+    def read_numbers(
+        self, name: str, low: float, high: float, unit: str = "", small: str = "", share: float = 1e-3
+    ) -> list[float]:
         """Reads a column of numbers within bounds; empty cells are NaN.
 
-        Errors suggest a conversion where a value seems to be in ``small``, the name of a thousandth of ``unit``.
+        Errors suggest a conversion where a value seems to be in ``small``, a smaller unit, which is the ``share`` of
+        ``unit``.
         """
         return [
-            self._read_number(place, name, cell, Within(low, high), unit, small) if cell else math.nan
+            self._read_number(place, name, cell, Within(low, high), unit, small, share) if cell else math.nan
             for place, cell in enumerate(self[name])
         ]
 
-    def _read_number(self, place: int, name: str, cell: str, bounds: Within, unit: str, small: str) -> float:
+    def _read_number(
+        self, place: int, name: str, cell: str, bounds: Within, unit: str, small: str, share: float
+    ) -> float:
         low, high, of_unit = bounds.low, bounds.high, f" {unit}" if unit else ""
         bare = re.sub(r"\s*[^\W\d_]+$", "", cell)  # the cell without a unit
         has_comma = bare.count(",") == 1 and "." not in bare
@@ -185,11 +190,11 @@ class Cells:
         value = float(plain) if re.fullmatch(_NUMBER, plain) else math.nan
         if math.isnan(value) or bare != cell or (has_comma and not self._has_commas):
             suffix = cell.removeprefix(bare).strip()
-            meant = 1e-3 * value if small and suffix == small else value
+            meant = share * value if small and suffix == small else value
             hint = f"; {meant:g} would be one" if low <= meant <= high else ""
             self.refuse(place, name, f"is {show_value(cell)}, must be a number{f' of {unit}' if unit else ''}{hint}")
         if not low <= value <= high:
-            meant = 1e-3 * value
+            meant = share * value
             hint = f"{meant:g} if {small} were meant" if small and low <= meant <= high else ""
             hint = hint or f"the nearest is {min(max(value, low), high):g}"
             self.refuse(place, name, f"is {cell}, must be from {low:g} to {high:g}{of_unit}; {hint}")

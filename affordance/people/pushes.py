@@ -127,7 +127,7 @@ def _find_objects(
         order = list(dict.fromkeys(names[row] for row in rows))
         return np.array([order.index(names[row]) for row in rows]), tuple(tools[name] for name in order)
     masses = cells.read_numbers("mass", 1e-3, 100.0, "kg", "g")
-    sizes = cells.read_numbers("size", 1e-9, _LARGEST, "m^3")
+    sizes = cells.read_numbers("size", 1e-9, _LARGEST, "m^3", "cm^3", 1e-6)
     looks = cells.read_names("looks_like", "")
     numbers: dict[tuple[str, float, float, str], int] = {}
     made: list[Tool] = []

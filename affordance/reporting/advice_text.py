@@ -13,7 +13,7 @@ from affordance.choice.pricing import Amount
 from affordance.choice.ranking import RankedOption, Ranking
 from affordance.choice.reasons import Turn
 from affordance.choice.weighed import Surprise
-from affordance.exceptions import name_object
+from affordance.exceptions import name_gripped, name_object
 from affordance.memory.past_arms import describe_past_arms
 from affordance.reporting.advice_report import AdviceQuestion, list_turns, sum_shares
 from affordance.reporting.formatting import format_known, format_number, tabulate_within
@@ -196,8 +196,7 @@ def _name(option: Option, question: AdviceQuestion) -> str:
     if alike:
         how = "by either end" if len(alike) == 1 else f"by any of {_list_ends(option, question)}"
         return f"{name_object(option.object_name)} {how}"
-    how = option.grip if option.grip.endswith("ed") else f"by its {option.grip}"
-    return f"{name_object(option.object_name)} {how}"
+    return name_gripped(option.name)
 
 
 def _list_ends(option: Option, question: AdviceQuestion) -> str:

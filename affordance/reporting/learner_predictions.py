@@ -174,10 +174,7 @@ def describe_contrast(contrast: Contrast) -> str:
     count = f"{number} participants per group"
     test = f"(two-sided {_SIGNIFICANCE:.2g}, power {contrast.power:.2g})".replace("0.", ".")
     if not contrast.is_of_people:
-        return (
-            f"{pair} are distinguished best by {contrast.measure}: {size}; {count} suffice {test} if people differ"
-            " no more than observers, which is not known"
-        )
+        test += " if people differ no more than observers, which is not known"
     if abs(contrast.effect) < _SMALL:
         return (
             f"{pair} are not distinguished by any of these: they differ most in {contrast.measure}: {size}; it would"

@@ -23,10 +23,12 @@ from affordance.robots.xml_reader import read_xml
 _SECONDS, _WAIT, _BYTES = 20, 40.0, 2_000_000_000
 # Number of levels above a template on which packages are searched, and of folders searched on each.
 _LEVELS, _MOST_FOLDERS = 6, 500
-# Found only in templates: xacro's elements, substitutions and expressions.
-_TEMPLATE = re.compile(rb"<(/)?xacro:|xmlns:xacro|\$\{|\$\(")
+# Found only in templates: xacro's elements, substitutions and expressions. What xacro has expanded may still declare
+# its namespace, and have expressions in comments.
+_TEMPLATE = re.compile(rb"</?xacro:|\$\{|\$\(")
 _UNKNOWN_PACKAGE = re.compile(r"Package not found: ([\w.-]+)")
 _UNDEFINED = re.compile(r"[Uu]ndefined substitution argument (\w+)")
+_MISSING = re.compile(r"No such file or directory: '?(.+?)'?(?: \[Errno|$)")
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,10 @@ class Expanded(NamedTuple):
 
 def is_template(path: Path) -> bool:
     """Returns True if a file is a xacro template, by its name or contents."""
-    return path.suffix == ".xacro" or _TEMPLATE.search(read_bytes(path, ROBOT)) is not None
+    if path.suffix == ".xacro":
+        return True
+    first, *others = read_bytes(path, ROBOT).split(b"<!--")
+    return any(_TEMPLATE.search(part) for part in (first, *(each.partition(b"-->")[2] for each in others)))
 
 
 def parse_xacro(values: Sequence[str], packages: Sequence[str], *, trusts: bool) -> XacroOptions:
@@ -166,6 +171,8 @@ def _explain(path: Path, status: int, said: str, packages: Mapping[str, str]) ->
     if undefined := _UNDEFINED.search(said):
         name = undefined[1]
         return BadValueError(path, "", f"needs a value for {name}: --xacro {name}:=VALUE sets it")
+    if missing := _MISSING.search(said):
+        return BadValueError(path, "", f"includes {missing[1]}, which does not exist")
     if "Permission denied" in said:
         problem = f"reads a file outside its own folder and all packages: {said.partition(': ')[2]}"
         return BadValueError(path, "", f"{problem}; --package NAME=DIR adds a folder")

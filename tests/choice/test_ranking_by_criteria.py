@@ -16,7 +16,7 @@ from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.motion_cost import Costs
 from affordance.choice.pricing import GRIP_LEVER, GripBounds, plan_options
 from affordance.choice.ranking import explain_choice, rank, rank_draws, rank_options
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, name_gripped
 from affordance.settings import Settings
 
 SETTINGS = Settings()
@@ -96,7 +96,7 @@ def test_bounds_of_the_grip_take_part_in_feasibility():
     nearest, other = ranking.ranked
     assert nearest.p_feasible >= other.p_feasible
     said = explain_failure(ranking, Keep(1.0), NOVICE, SETTINGS, bounds, rng)
-    assert said.startswith(f"no tool can do the task; nearest is {nearest.option.name}: ")
+    assert said.startswith(f"no tool can do the task; nearest is {name_gripped(nearest.option.name)}: ")
     assert re.search(
         r"the grip must hold .* N m, --max-grip-moment allows .* N m; the task would be feasible with 0\.", said
     )

@@ -434,3 +434,22 @@ def test_robot_recording_and_tip_must_be_given(tmp_path, monkeypatch, words, sai
     (tmp_path / "run.yaml").write_text(f"joints: [{', '.join(robot.joint_names)}]\n")
     monkeypatch.chdir(tmp_path)
     assert said in refuse_command("identify", *words.split())
+
+
+@pytest.mark.parametrize("option", ["tip", "base"])
+def test_a_frame_that_the_description_names_is_refused_in_its_name(tmp_path, monkeypatch, option):
+    """The user gave no such option, so the message must not blame one."""
+    robot = build_robot(tmp_path)
+    _write(tmp_path, "run", generate_run(robot, None, truth=_TRUTH, rng=np.random.default_rng(1), duration=1.0))
+    names = {"tip": "flange"} | {option: "gone"}
+    lines = [
+        f"joints: [{', '.join(robot.joint_names)}]",
+        "signal: joint_torque",
+        *(f"{k}: {v}" for k, v in names.items()),
+    ]
+    (tmp_path / "run.yaml").write_text("\n".join(lines))
+    monkeypatch.chdir(tmp_path)
+    said = refuse_command("identify", "robot.urdf", "--loaded", "run.csv")
+    assert f"run.csv: {option} in its description: is 'gone', which is not in robot.urdf" in said
+    said = refuse_command("identify", "robot.urdf", "--loaded", "run.csv", f"--{option}", "off")
+    assert f"--{option}: is 'off', which is not in robot.urdf" in said

@@ -15,7 +15,7 @@ ONE = [*ANY, "--only", "machinist hammer"]
 def test_what_to_hold_is_said_tabulated_and_drawn(tmp_path):
     said = answer(*ONE, "--out", tmp_path / "out").out
     assert said.startswith("Hold the ")
-    assert said.splitlines()[1].startswith("reach: take the machinist hammer by ")
+    assert said.splitlines()[1].startswith("reach: take the machinist hammer by its ")
     content = json.loads((tmp_path / "out" / "next.json").read_text())
     assert (tmp_path / "out" / "next.txt").read_text() == said
     assert (tmp_path / "out" / "next.png").stat().st_size > 1000
@@ -113,7 +113,7 @@ def test_task_that_one_of_two_tools_can_do_is_told_beside_the_other(tmp_path):
     """A task that cannot be done does not hide the advice about another."""
     words = ["hold", "hammer", "--samples", 800, "--only", "mallet", "--max-grip-force", 10, "--know", "nothing"]
     said = answer("next", *words).lines
-    assert said[1].startswith("hold: no option is usable yet: the mallet by ")
+    assert said[1].startswith("hold: no option is usable yet: the mallet ")
     assert said[2].startswith("hammer: no option can do it (P = ")
 
 
@@ -122,8 +122,8 @@ def test_tool_that_a_ranking_would_not_take_is_not_taken(tmp_path):
     words = ["hammer", "--samples", 800, "--only", "mallet", "--only", "claw hammer", "--max-grip-force", 20]
     words += ["--know", "nothing"]
     refused, advised = answer("rank", *words, status=2), answer("next", *words)
-    nearest = re.search(r"nearest is (.* by \w+): is feasible with a probability of (0\.\d+)", refused.err)
-    assert advised.lines[1].startswith(f"hammer: no option is usable yet: the {nearest[1]} comes nearest, feasible ")
+    nearest = re.search(r"nearest is (the .*?): is feasible with a probability of (0\.\d+)", refused.err)
+    assert advised.lines[1].startswith(f"hammer: no option is usable yet: {nearest[1]} comes nearest, feasible ")
     assert advised.lines[0].startswith("Hold the ")
     (decision,) = answer("next", *words, "--json").content["decisions"]
     assert decision["is_usable"] is False

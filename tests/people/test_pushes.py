@@ -71,7 +71,7 @@ def test_objects_can_be_given(tmp_path):
     ("changed", "to", "said"),
     [
         ("0.0006", "", "row 3, size: is empty, must say what was lifted"),
-        ("0.0006", "6", "row 3, size: is 6, must be from 1e-09 to 0.1 m^3"),
+        ("0.0006", "600", "row 3, size: is 600, must be from 1e-09 to 0.1 m^3; 0.0006 if cm^3 were meant"),
         ("P1,b,0.9", "P1,b,900", "row 3, mass: is 900, must be from 0.001 to 100 kg; 0.9 if g were meant"),
         ("4.5", "-4.5", "row 2, force: is -4.5, must be from 0.001 to 1000 N"),
         ("0.0004,4.5", "0.0004,", "force: is empty in all rows of participant P1"),

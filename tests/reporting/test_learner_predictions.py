@@ -43,3 +43,12 @@ def test_rows_of_a_usual_prediction_fit_a_narrow_terminal():
     values = np.array([-0.000105, 0.0302, 0.0544])
     text = prediction.format_predictions({}, {"drop_m": {"kinds_drawn": prediction.summarise(values)}}, [], width=80)
     assert len(text.splitlines()) == 3
+
+
+def test_learners_that_differ_by_less_than_observers_do_are_not_told_apart():
+    drawn = np.random.default_rng(5).normal(0.0, 1.0, 1000)
+    alike = {"density": prediction.summarise(drawn), "kinds_map": prediction.summarise(drawn + 0.001)}
+    (contrast,) = prediction.contrast_learners({"first_N": alike})
+    text = prediction.describe_contrast(contrast)
+    assert text.startswith("density and kinds_map are not distinguished by any of these: they differ most in first_N")
+    assert "it would take more than 100000 participants per group (two-sided .05, power .9) if people differ" in text

@@ -14,7 +14,7 @@ from helpers.refusals import refuse
 from affordance.exceptions import AffordanceError
 from affordance.robots import xacro_child, xacro_file
 from affordance.robots.importer import ImportOptions, read_arm
-from affordance.robots.xacro_file import AS_IT_IS, XacroOptions, expand, parse_xacro
+from affordance.robots.xacro_file import AS_IT_IS, XacroOptions, expand, is_template, parse_xacro
 
 XMLNS = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
@@ -24,6 +24,24 @@ def write_template(folder: Path, body: str) -> Path:
     path = folder / "robot.urdf.xacro"
     path.write_text(f'{XMLNS} name="r">{body}</robot>')
     return path
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (f'{XMLNS} name="r"><link name="a"/></robot>', False),
+        ('<robot name="r"><!-- by xacro: ${prefix}link <xacro:arm/> --><link name="a"/></robot>', False),
+        ('<robot name="r"><!-- <!-- ${prefix} --><link name="a"/><!-- $(arg x)', False),
+        ('<robot name="r"><!-- one --><link name="${prefix}a"/></robot>', True),
+        ('<robot name="r"><!-- one --><link name="$(arg side)"/></robot>', True),
+        (f'{XMLNS} name="r"><xacro:arm/></robot>', True),
+    ],
+)
+def test_what_xacro_has_expanded_is_no_template(tmp_path: Path, text: str, expected: bool) -> None:
+    (tmp_path / "robot.urdf").write_text(text)
+    assert is_template(tmp_path / "robot.urdf") == expected
+    (tmp_path / "robot.urdf.xacro").write_text(text)
+    assert is_template(tmp_path / "robot.urdf.xacro")
 
 
 def test_arm_of_a_template_is_that_of_its_expansion(tmp_path: Path) -> None:
@@ -66,6 +84,7 @@ def test_arm_of_a_template_is_that_of_its_expansion(tmp_path: Path) -> None:
         ),
         ('<xacro:include filename="$(find nowhere)/a.xacro"/>', AS_IT_IS, "--package nowhere=DIR says where it is"),
         ('<link name="$(arg side)"/>', AS_IT_IS, "needs a value for side: --xacro side:=VALUE sets it"),
+        ('<xacro:include filename="gone.xacro"/>', AS_IT_IS, "/robot/gone.xacro, which does not exist"),
         ("<xacro:nothing/>", AS_IT_IS, "cannot be expanded by xacro: "),
         (
             "<link name=\"${xacro.load_yaml('../outside.yaml')['a']}\"/>",
