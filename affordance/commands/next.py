@@ -152,10 +152,12 @@ def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]
     rows = [["", _label_worth(advice, uses), "information (nat)", "P(best) after"]]
     for each in advice.ranked:
         then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
-        heavy = "" if each.p_held >= _SURELY else f"  (the arm can hold it with probability {each.p_held:.2f})"
         worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
-        rows.append([each.name, worth, f"{each.information:.2f}", f"{then}{heavy}"])
+        rows.append([each.name, worth, f"{each.information:.2f}", then])
     lines += tabulate_within(rows, width, (_INFORMATION, _THEN))
+    for each in advice.ranked:
+        if each.p_held < _SURELY:
+            lines.append(f"The arm can hold {name_object(each.name)} with probability {each.p_held:.2f}.")
     certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
     lines.append(f"All choices certain? {certain}. No hold worth its price? {below}.")
     return lines

@@ -66,6 +66,13 @@ def test_sentence_says_worth_of_one_use_and_what_to_hold_then():
     assert " J per use; then the rod of cast steel" in one["sentence"]
 
 
+def test_table_keeps_its_columns_beside_objects_that_may_be_too_heavy(monkeypatch):
+    monkeypatch.setattr("affordance.commands.next.find_width", lambda: 88)
+    out = answer(*ONE).out
+    assert "information (nat)  P(best) after\n" in out
+    assert "\nThe arm can hold the bar of oak with probability 0." in out
+
+
 def test_criterion_and_grip_of_a_choice_are_those_of_a_ranking(tmp_path):
     """Holding still is compared by the grip, as by rank; what the gripper cannot hold is no option."""
     path = tmp_path / "aside.yaml"

@@ -132,7 +132,7 @@ def test_words_and_tables_follow_objects_and_numbers(shipped):
     )
     assert f"sinks by {100.0 * shipped.numbers['drop_m'][0]:.1f} cm" in shipped.finding
     (table,) = read_section(shipped.folder).tables
-    assert [row[0] for row in table["rows"]] == ["before", *(name.replace("_", " ") for name in RODS)]
+    assert [row[0] for row in table["rows"]] == ["before", *(rod.replace("_", " ") for rod in RODS)]
     assert [row[2] for row in table["rows"]] == ["", *(f"{100.0 * drop:.2f}" for drop in shipped.numbers["drop_m"])]
     assert [*shipped.captions] == ["figure3", "figure4"]
     criteria = read_section(shipped.folder).claims["first_object"].criteria
