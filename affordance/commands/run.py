@@ -122,7 +122,7 @@ def describe_plan(names: Sequence[str], setup: Setup) -> str:
     what = f"{', '.join(names)}: {count_observers(setup.observers)} each, {setup.jobs} at a time, into {setup.out}/."
     if len(unknown) == len(names):
         return f"{what} No earlier run in this folder shows how long it takes; --repeats 10 gives a quick look."
-    missing = f" without {', '.join(unknown)}, which has no earlier run" if unknown else ""
+    missing = f", not counting {', '.join(unknown)} (no earlier run)" if unknown else ""
     return f"{what} According to earlier runs it takes about {format_duration(seconds)}{missing}."
 
 

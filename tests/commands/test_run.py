@@ -41,7 +41,7 @@ def test_plan_of_a_run_is_estimated_from_earlier_runs(tmp_path):
         (tmp_path / name / "metrics.json").write_text(json.dumps(numbers))
     # Twice the observers: 30 s of 4 processes are 120 s of 2, and 100 s of 1 are 100 s.
     assert "it takes about 4 min." in run.describe_plan(["weight", "com"], setup)
-    assert "about 2 min without reach, which has no earlier run." in run.describe_plan(["weight", "reach"], setup)
+    assert "takes about 2 min, not counting reach (no earlier run)." in run.describe_plan(["weight", "reach"], setup)
 
 
 @pytest.mark.parametrize(
