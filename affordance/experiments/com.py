@@ -42,6 +42,9 @@ SAME_MASS = 1e-9  # relative difference up to which masses are equal but for rou
 APART = 1e-3  # smallest distance at which two centres of mass count as different, [m]
 POINTS = {"height_centre": "geometric centre", "height_grip": "grip", "height_com": "true centre of mass"}
 PREDICTED = 9  # last entry of the seed for looking at an object; the draws of a trial count from 0
+MEANINGS = {
+    "height_extreme_m": "largest excursion of each object's geometric centre, m"
+}  # numbers that are predicted
 
 
 def run(setup: Setup) -> Results:
@@ -52,7 +55,6 @@ def run(setup: Setup) -> Results:
     numbers = {**summarise(measure(data, tools), tools), **count_events(experience)}
     _, shown = hold(setup, tools, experience, OBSERVER_SHOWN)
     x, far, trials = 100.0 * numbers["p_ToTcm_x_true"], 100.0 * numbers["height_extreme_m"], experience.sizes["trial"]
-    learner = setup.settings.learner.name
     first, second, _ = (tool.name.replace("_", " ") for tool in tools)
     return Results(
         order=2,
@@ -104,8 +106,8 @@ def run(setup: Setup) -> Results:
             ),
         ],
         lifts=join_lifts(
-            tabulate_experience(experience, tools[:2], learner),
-            tabulate_holds(data, tools, learner=learner, block="test"),
+            tabulate_experience(experience, tools[:2], setup.settings.learner.name),
+            tabulate_holds(data, tools, learner=setup.settings.learner.name, block="test"),
         ),
         diagram=lambda: get_runner(setup.settings).get_diagram(DURATION).diagram,
         replay=replay_holds(tools, shown, setup.settings, f"com, seed {setup.seed}"),
@@ -123,7 +125,7 @@ def predict(setup: Setup) -> ObserverNumbers:
             run_observers("com", setup, observe, tools, experience, follows_from=(tools, gain_experience)), tools
         )
 
-    return measure_learners(setup, measure_one)
+    return measure_learners(setup, measure_one, MEANINGS)
 
 
 def read(setup: Setup) -> Sequence[Tool]:

@@ -57,10 +57,15 @@ class Predicted(NamedTuple):
     path: Path
 
 
-def measure_learners(setup: Setup, measure: Callable[[Setup], Mapping[str, Any]]) -> ObserverNumbers:
-    """Applies ``measure`` to the setup of every learner; it returns the numbers of each observer."""
-    learners = list_learners(setup.settings.learner)
-    return ObserverNumbers({learner.name: measure(setup.change(learner=learner)) for learner in learners})
+def measure_learners(
+    setup: Setup, measure: Callable[[Setup], Mapping[str, Any]], meanings: Mapping[str, str]
+) -> ObserverNumbers:
+    """Applies ``measure`` to the setup of every learner, and keeps the numbers that have a meaning."""
+    found = {}
+    for learner in list_learners(setup.settings.learner):
+        numbers = measure(setup.change(learner=learner))
+        found[learner.name] = {name: numbers[name] for name in meanings}
+    return ObserverNumbers(found, meanings)
 
 
 def predict(

@@ -33,6 +33,7 @@ NEEDS = ("objects",)  # what the arm must be able to do: take objects into its h
 OBJECTS = "tools/weight.yaml"  # in models/, or in the folder that --robot names; the last object is the decoy
 DURATION = 3.0  # of each hold, [s]
 QUARTILES = (0.25, 0.5, 0.75)
+MEANINGS = {"drop_m": "drop of each rod, m", "decoy_lift_m": "rise of the decoy, m"}  # numbers that are predicted
 
 
 def run(setup: Setup) -> Results:
@@ -96,7 +97,9 @@ def run(setup: Setup) -> Results:
 def predict(setup: Setup) -> ObserverNumbers:
     """Computes the numbers of each observer of every learner, for ``affordance predict``."""
     tools = read(setup)
-    return measure_learners(setup, lambda variant: measure(run_observers("weight", variant, observe, tools)))
+    return measure_learners(
+        setup, lambda variant: measure(run_observers("weight", variant, observe, tools)), MEANINGS
+    )
 
 
 def read(setup: Setup) -> Sequence[Tool]:

@@ -138,7 +138,8 @@ def format_predictions(
         if len(by_learner) > 1 and all(each.sd == 0.0 and each.low == first.low for each in by_learner.values()):
             same.append(f"{name} {_show(first.low)}")
             continue
-        lines.append(f"{name}: {meanings[name]}" if meanings.get(name) else name)
+        meaning = meanings.get(name) or meanings.get(name.split("[")[0])
+        lines.append(f"{name}: {meaning}" if meaning else name)
         rows = [["", "mean", "95 % interval", "SD", "90 % of observers"]]
         for learner, found in by_learner.items():
             interval = f"[{_show(found.mean.low)}, {_show(found.mean.high)}]"

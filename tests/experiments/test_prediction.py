@@ -56,6 +56,8 @@ def test_file_has_everything_and_null_for_what_is_infinite(predicted):
 
 
 def test_every_learner_is_measured_by_its_own_settings():
-    found = measure_learners(Setup(), lambda setup: {"name": setup.settings.learner.name})
+    found = measure_learners(
+        Setup(), lambda setup: {"name": setup.settings.learner.name, "other": 0.0}, {"name": "name of the learner"}
+    )
     assert found.values == {name: {"name": name} for name in LEARNERS}
     assert found.find_spreads({}) == {}

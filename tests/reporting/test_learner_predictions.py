@@ -52,3 +52,10 @@ def test_learners_that_differ_by_less_than_observers_do_are_not_told_apart():
     text = prediction.describe_contrast(contrast)
     assert text.startswith("density and kinds_map are not distinguished by any of these: they differ most in first_N")
     assert "it would take more than 100000 participants per group (two-sided .05, power .9) if people differ" in text
+
+
+def test_entries_of_a_list_have_the_meaning_of_the_list():
+    text = prediction.format_predictions(
+        {"drop_m": "drop of each rod, m"}, {"drop_m[1]": {"kinds_drawn": prediction.summarise(np.arange(3.0))}}, []
+    )
+    assert text.splitlines()[0] == "drop_m[1]: drop of each rod, m"
