@@ -64,5 +64,5 @@ def run(setup: Setup) -> Results:
 
 def predict(setup: Setup) -> ObserverNumbers:
     """Computes the numbers of each observer of every learner."""
-    meanings = {"first_N": "force in the odd object's first lift, N", "last_N": "mean force in its last three, N"}
+    meanings = {"first_N": "force in the first lift of the odd object, N", "last_N": "mean of its last 3 lifts, N"}
     return ObserverNumbers(measure_each(collect(setup), measure), meanings)
