@@ -1,4 +1,4 @@
-"""What do many holds of a decoy do to the belief about what it looks like?
+"""Beliefs about what a decoy looks like, after many holds of it.
 
 The objects of Simulation I are held once, those of Simulation II three times; then their decoys, of which the second
 is the twin of an honest object.
