@@ -14,14 +14,14 @@ The trial table is made in ``two_ends_design.py`` and frozen: any change of its 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from scipy.special import ndtri
+from scipy.special import binom, ndtri
 
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
@@ -57,6 +57,7 @@ OBSERVERS = 48  # a smaller number takes the first participants, a larger one re
 EVERY_LEARNER = True
 NO_MEMORY = "in which participants know neither material"
 ALPHA, POWER = 0.05, 0.8  # of one-sided tests
+MOST_EXACT = 200  # most participants (per group) for which tests are exact
 
 
 def make_objects(models: Path) -> list[Tool]:
@@ -127,15 +128,38 @@ def measure(choices: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_people(one: float, other: float | None = None) -> float:
-    """Computes the participants needed to tell a share from chance or, per group, from another share."""
-    z_alpha, z_power = ndtri(1.0 - ALPHA), ndtri(POWER)
+    """Computes the participants needed to tell a share from chance or, per group, from another share.
+
+    Tests are one-sided and exact: the binomial test, or Fisher's. If more than ``MOST_EXACT`` are needed, the number
+    is that of the normal approximation.
+    """
+    low, high = (0.5, max(one, 1.0 - one)) if other is None else sorted((one, other))
+    if low == high:
+        return math.inf
+    for count in range(1, MOST_EXACT + 1):
+        hits = np.arange(count + 1)
+        of_low, of_high = (binom(count, hits) * p**hits * (1.0 - p) ** (count - hits) for p in (low, high))
+        from_chance = np.cumsum(of_low[::-1])[::-1] <= ALPHA
+        power = of_high @ (from_chance if other is None else _mark_significant(count) @ of_low)
+        if power >= POWER:
+            return float(count)
+    variances = low * (1.0 - low), high * (1.0 - high)
+    mean = 0.5 * (low + high)
     if other is None:
-        other, error = 0.5, z_alpha * 0.5 + z_power * math.sqrt(one * (1.0 - one))
+        error = ndtri(1.0 - ALPHA) * math.sqrt(variances[0]) + ndtri(POWER) * math.sqrt(variances[1])
     else:
-        mean = 0.5 * (one + other)
-        spread = math.sqrt(one * (1.0 - one) + other * (1.0 - other))
-        error = z_alpha * math.sqrt(2.0 * mean * (1.0 - mean)) + z_power * spread
-    return math.inf if one == other else float(math.ceil((error / (one - other)) ** 2))
+        error = ndtri(1.0 - ALPHA) * math.sqrt(2.0 * mean * (1.0 - mean)) + ndtri(POWER) * math.sqrt(sum(variances))
+    return float(math.ceil((error / (high - low)) ** 2))
+
+
+@cache
+def _mark_significant(count: int) -> Array:
+    """Marks pairs of hits, (count + 1, count + 1), where Fisher's one-sided test finds more in the first group."""
+    first, total = np.arange(count + 1), np.arange(2 * count + 1)[:, None]
+    probability = binom(count, first) * binom(count, total - first) / binom(2 * count, total)
+    p_value = np.cumsum(probability[:, ::-1], axis=1)[:, ::-1]
+    marked: Array = p_value[first[:, None] + first, first[:, None]] <= ALPHA
+    return marked
 
 
 def contrast(shares: pd.DataFrame) -> pd.DataFrame:
@@ -208,7 +232,7 @@ def run(setup: Setup) -> Results:
         },
         tables={
             "Shares with 95 % intervals.": tabulate(shares),
-            "Participants (per group) that a comparison needs, one-sided .05, power .8.": tabulate_contrasts(
+            "Participants (per group) that an exact one-sided test needs, .05, power .8.": tabulate_contrasts(
                 finite.head(30)
             ),
         },

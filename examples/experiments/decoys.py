@@ -24,8 +24,8 @@ OBSERVERS, EVERY_LEARNER = 50, True
 DECOYS = (0, 1, 2, 6, 12)  # holds of a decoy
 
 
-def hold(setup: Setup, learner: Learner, simulation: ModuleType, order: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Returns believed densities, (observers, colours), and the last force over the weight, less 1, (observers,)."""
+def hold(setup: Setup, learner: Learner, simulation: ModuleType, order: list[int]) -> tuple[np.ndarray, ...]:
+    """Returns densities, (observers, colours), and error of the force and p-value in the last hold, (observers,)."""
     lifter = StaticLifter(simulation.read(setup), setup.change(learner=learner).settings)
     drawn, felt = (
         [(setup.seed, number, stream) for number in range(setup.observers)] for stream in (Stream.KINDS, Stream.LIFT)
@@ -33,7 +33,7 @@ def hold(setup: Setup, learner: Learner, simulation: ModuleType, order: list[int
     errors = lifter.draw_errors(felt, len(order))
     record = lifter.run(np.tile(np.array(order)[:, None], setup.observers), lifter.start(drawn), errors, drawn)
     believed = learner.believe(record.after.state).compute_mode(DENSITY_FLOOR)
-    return believed, record.force[-1] / record.weight[-1] - 1.0
+    return believed, record.force[-1] / record.weight[-1] - 1.0, record.p_value[-1]
 
 
 def run(setup: Setup) -> Results:
@@ -41,19 +41,19 @@ def run(setup: Setup) -> Results:
     rows = []
     for learner in list_learners(setup.settings.learner):
         for count in DECOYS:
-            brass, error = hold(setup, learner, weight, [0, 1, 2, 3] + [4] * count)
-            (wood, steel), _ = (each.T for each in hold(setup, learner, com, [0, 1] * 3 + [2] * count))
-            medians = [float(np.median(each)) for each in (brass, error, wood, steel)]
+            brass, error, _ = hold(setup, learner, weight, [0, 1, 2, 3] + [4] * count)
+            (wood, steel), _, p = (each.T for each in hold(setup, learner, com, [0, 1] * 3 + [2] * count))
+            medians = [float(np.median(each)) for each in (brass, error, wood, steel, p)]
             rows.append((learner.name, count, *medians, float(np.mean(steel > wood))))
-    table = pd.DataFrame(rows, columns=["learner", "decoys", "brass", "error", "wood", "steel", "steel_denser"])
+    table = pd.DataFrame(rows, columns=["learner", "decoys", "brass", "error", "wood", "steel", "p", "steel_denser"])
     last = [f"{row.steel_denser:.2f} ({label_learner(str(row.learner))})" for row in table[4::5].itertuples()]
     return Results(
         title="Holds of a decoy",
-        summary="Most probable densities, kg/m³, and error of the force in the last hold (Simulation I): medians.",
+        summary="Medians: densities, kg/m³; error of the force (Simulation I) and p-value (II) in the last hold.",
         finding=f"After 12 holds of the twin, steel is still believed denser than wood by {', '.join(last)}.",
         data=table,
         numbers={"beliefs": table.to_dict("records")},
         claims=[],
-        tables={"Beliefs after holds of the decoy.": table.round(2).set_index("learner")},
+        tables={"Beliefs after holds of the decoy.": table.round(3).set_index("learner")},
         learners=[*dict.fromkeys(table["learner"])],
     )

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
+from scipy.special import nctdtr, ndtri, stdtrit
 
 from affordance.belief.learners import KINDS_DRAWN
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
@@ -22,8 +22,8 @@ from studies.recovery.people import PUSH_ERROR, Recovery, list_rivals, recover
 from studies.study import Findings, Study, Work, format_table, run_kept
 
 _LIFTS = (160, 220, 320)
-# Quantiles of one-sided tests at .05 with a power of .8.
-_Z_ALPHA, _Z_POWER = float(ndtri(0.95)), float(ndtri(0.8))
+_ALPHA, _POWER = 0.05, 0.8  # of one-sided tests
+_Z_ALPHA, _Z_POWER = float(ndtri(1.0 - _ALPHA)), float(ndtri(_POWER))
 _KAPPA_SPREAD = 0.3  # SD of log kappa between people, a guess
 
 
@@ -121,15 +121,21 @@ def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[An
 
 
 def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
-    """Computes mean and SD of leads in log score, (people,), and the participants who show it (one-sided .05).
+    """Computes mean and SD of leads in log score, (people,), and the participants who show that it is above zero.
 
-    There is no SD for one person, and no number of participants if the mean is not above zero.
+    The test is Student's, one-sided at .05 with a power of .8. There is no SD for one person, and no number of
+    participants if the mean is not above zero or more than 10,000 are needed.
     """
     found = {"mean": float(leads.mean())}
     if len(leads) > 1:
         found["sd"] = float(leads.std(ddof=1))
-        if found["mean"] > 0.0:
-            found["people"] = max(2, math.ceil(((_Z_ALPHA + _Z_POWER) * found["sd"] / found["mean"]) ** 2))
+        effect = min(found["mean"] / max(found["sd"], 1e-12), 10.0)
+        if effect > 0.0:
+            for count in range(2, 10_001):
+                critical = stdtrit(count - 1, 1.0 - _ALPHA)
+                if 1.0 - nctdtr(count - 1, effect * math.sqrt(count), critical) >= _POWER:
+                    found["people"] = count
+                    break
     return found
 
 

@@ -107,6 +107,10 @@ CHANGED = {
     "large is heavier at last": ((("crossed", "size", "own_and_shared", "heaviness", "last"), -0.1), {"sign"}),
     "a larger illusion": ((("size_weight", "size", "kinds_map", "heaviness", "last"), 0.2), {"size"}),
     "effects do not add": ((("crossed", "interaction", "kinds_drawn", "heaviness", "last"), 0.02), {"crossed"}),
+    "one effect is reversed": (
+        (("crossed", "size", "kinds_map", "heaviness", "last"), -0.09),
+        {"sign", "crossed", "persistence"},
+    ),
     "small is pushed harder": ((("crossed", "size", "own_and_shared", "force", "first"), 0.5), {"forces"}),
     "forces of kinds stay": ((("crossed", "material", "kinds_map", "force", "last"), -0.5), {"persistence"}),
     "the illusion goes": ((("crossed", "size", "kinds_map", "heaviness", "last"), 0.05), {"persistence"}),

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from helpers.refusals import refuse
+from scipy.stats import binom, binomtest, fisher_exact
 
 from affordance.belief.learners import DENSITY, OWN_MEMORY
 from affordance.choice.ranking import rank_options
@@ -137,11 +138,32 @@ def test_each_claim_is_contradicted_by_one_change(what, tmp_path, monkeypatch):
     assert all(met.values()) if not key else not met[key], met
 
 
-@pytest.mark.parametrize(("one", "other", "count"), [(0.69, None, 41), (0.83, 0.99, 39), (0.9, 0.6, 25)])
+@pytest.mark.parametrize(
+    ("one", "other", "count"),
+    [(0.69, None, 44), (0.0, None, 5), (1.0, None, 5), (0.83, 0.99, 46), (0.9, 0.6, 30), (0.52, None, 3863)],
+)
 def test_participants_that_tell_shares_apart(one, other, count):
-    """By the normal approximation, as simulated shares of that many participants are told apart in 80 %."""
+    """Four of four right answers have p = .06, so fewer than five participants never tell anything from chance."""
     assert two_ends.count_people(one, other) == count
     assert two_ends.count_people(0.7, 0.7) == np.inf
+
+
+@pytest.mark.parametrize(("one", "other", "count"), [(0.69, None, 44), (0.83, 0.99, 46)])
+def test_tests_of_scipy_find_shares_in_four_of_five_experiments(one, other, count):
+    """With one participant fewer they find them less often."""
+    shares = []
+    for number in (count - 1, count):
+        hits = np.arange(number + 1)
+        if other is None:
+            found = np.array([[binomtest(each, number, 0.5, "greater").pvalue <= 0.05] for each in hits])
+            shares.append(binom.pmf(hits, number, one) @ found[:, 0])
+        else:
+            found = [
+                [fisher_exact([[b, number - b], [a, number - a]], "greater").pvalue <= 0.05 for b in hits]
+                for a in hits
+            ]
+            shares.append(binom.pmf(hits, number, one) @ np.array(found) @ binom.pmf(hits, number, other))
+    assert shares[0] < 0.8 <= shares[1] < 0.83
 
 
 def test_results_have_the_table_to_register_and_the_sheet_to_fill_in(tmp_path, monkeypatch):

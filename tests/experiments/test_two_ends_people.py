@@ -28,7 +28,7 @@ def test_who_points_to_the_dense_end_is_right_to_reach_and_wrong_to_hit(tmp_path
     assert (shares["observers"] == 48).all()
     assert two_ends.tabulate(two_ends.measure(choices)).index[0] == "people"
     least = two_ends.contrast(two_ends.measure(choices)).iloc[0]
-    assert (least["one"], least["other"], least["people"]) == ("people", "chance", 3)
+    assert (least["one"], least["other"], least["people"]) == ("people", "chance", 5)
 
 
 def test_missing_answers_and_participants_are_left_out(tmp_path):
