@@ -9,6 +9,7 @@ from affordance.commands.options import add_out
 from affordance.commands.people_options import NAMES, add_fit_options, ask, read_setting
 from affordance.files.atomic import write_json, write_text
 from affordance.people.comparison import compare
+from affordance.people.fit import warn_of_noise
 from affordance.runs.repeats import prepare_folder
 
 
@@ -35,6 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
         "participants": found.participants,
         "log_score": {name: values.tolist() for name, values in found.scores.items()},
         "bic": {name: values.tolist() for name, values in found.bic.items()},
+        "particle_noise": {name: values.tolist() for name, values in found.noise.items()},
         "best_by_score": found.find_best(),
         "best_by_bic": found.find_best("bic"),
     }
@@ -48,5 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(
             f"{name}: best for {count} of {len(found.participants)}, log score {found.scores[name].sum():.1f} in all"
         )
+        for line in warn_of_noise([f"{each}, {name}" for each in found.participants], found.noise[name]):
+            print(line)
     print(f"The table: {folder / 'comparison.csv'}")
     return 0

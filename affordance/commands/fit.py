@@ -15,12 +15,15 @@ from affordance.files.atomic import write_json
 from affordance.people.fit import (
     describe_fit,
     describe_values,
+    find_best,
     fit_each,
     fit_pooled,
     leave_out,
     score_ahead,
+    warn_of_noise,
     write_fit,
 )
+from affordance.people.tempered_smc import Draws
 from affordance.runs.repeats import prepare_folder
 
 
@@ -38,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints means and 90 % intervals of the free parameters, and log scores one step ahead."""
+    """Prints means and 90 % intervals of free parameters, log scores one step ahead, and the noise of particles."""
     settings, lifts = read_setting(arguments)
     names = None if arguments.free is None else [each.strip() for each in arguments.free.split(",")]
     if not 1 <= arguments.chains <= 16:
@@ -50,21 +53,21 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValueError("--free", "", "is empty, must name a parameter")
     people: dict[str, dict[str, Any]] = {}
     everyone: dict[str, dict[str, Any]] = {}
-    if arguments.pooled:
-        pooled = fit_pooled(question)
-        tree = describe_fit(question, pooled)
-        scores, effective = leave_out(pooled.log_likelihoods)
+    found: Draws | list[Draws] = fit_pooled(question) if arguments.pooled else fit_each(question)
+    noise = question.estimate_noise(find_best(question, found))
+    tree = describe_fit(question, found)
+    counts = [int(np.isfinite(person.pushes).sum()) for person in lifts.people]
+    if isinstance(found, Draws):
+        scores, effective = leave_out(found.log_likelihoods)
+        everyone["everyone"] = describe_values(question, found)
         for place, person in enumerate(lifts.people):
             left_out = {"log_score_left_out": float(scores[place].sum()), "draws_left_out": float(effective[place])}
-            people[person.name] = {"pushes": int(np.isfinite(person.pushes).sum()), **left_out}
-        everyone["everyone"] = describe_values(question, pooled)
+            people[person.name] = {"pushes": counts[place], **left_out, "particle_noise": float(noise[place])}
     else:
-        each = fit_each(question)
-        tree = describe_fit(question, each)
-        for person, draws in zip(lifts.people, each, strict=True):
+        for place, (person, draws) in enumerate(zip(lifts.people, found, strict=True)):
             score = float(score_ahead(draws.prior_log_likelihoods).sum())
-            found = describe_values(question, draws)
-            people[person.name] = {"pushes": int(np.isfinite(person.pushes).sum()), "log_score": score, **found}
+            own = {"pushes": counts[place], "log_score": score, **describe_values(question, draws)}
+            people[person.name] = {**own, "particle_noise": float(noise[place])}
     folder = prepare_folder(arguments.out / f"fit_{arguments.lifts.stem}")
     write_fit(tree, folder)
     content = {"learner": question.learner.name, "free": question.names, **everyone, "participants": people}
@@ -72,13 +75,15 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(content, indent=2))
         return 0
-    for name, found in {**everyone, **people}.items():
+    for name, numbers in {**everyone, **people}.items():
         cells = [
             f"{key} {value[0]:.3g} [{value[1]:.3g}, {value[2]:.3g}]"
             if isinstance(value, list)
             else f"{key} {value:.5g}"
-            for key, value in found.items()
+            for key, value in numbers.items()
         ]
         print(f"{name}: {', '.join(cells)}")
+    for line in warn_of_noise([*people], noise):
+        print(line)
     print(f"Means and 90 % intervals. The fit, for ArviZ: {folder}")
     return 0

@@ -23,6 +23,7 @@ class Comparison(NamedTuple):
         bic: Bayesian information criterion at the draw with the largest likelihood, (participants,).
         best_values: Values of the F free parameters at that draw, (participants, F).
         trials: Log scores of single pushes, (participants, N).
+        noise: SD of the log likelihood at the same draw over the random numbers of particles, (participants,).
     """
 
     participants: list[str]
@@ -30,6 +31,7 @@ class Comparison(NamedTuple):
     bic: Mapping[str, Array]
     best_values: Mapping[str, Array]
     trials: Mapping[str, Array]
+    noise: Mapping[str, Array]
 
     def find_best(self, by: str = "scores") -> list[str]:
         """Returns the name of the best learner of each participant, by ``scores`` or ``bic``."""
@@ -45,15 +47,16 @@ class Comparison(NamedTuple):
             least = min(each[place] for each in self.bic.values())
             for name in self.scores:
                 score, bic = self.scores[name][place], self.bic[name][place]
-                rows.append((participant, name, score, score - best, bic, bic - least))
-        columns = ["participant", "learner", "log_score", "behind_best", "bic", "above_best"]
+                noise = self.noise[name][place]
+                rows.append((participant, name, score, score - best, bic, bic - least, noise))
+        columns = ["participant", "learner", "log_score", "behind_best", "bic", "above_best", "particle_noise"]
         return pd.DataFrame(rows, columns=columns)
 
 
 def compare(questions: Sequence[Question]) -> Comparison:
     """Compares learners on the same lifts, one question per learner; without free parameters there is one draw."""
     lifts = questions[0].lifts
-    scores, bic, best_values, trials = {}, {}, {}, {}
+    scores, bic, best_values, trials, noise = {}, {}, {}, {}, {}
     counts = np.array([np.isfinite(person.pushes).sum() for person in lifts.people])
     for question in questions:
         normal = question.draw_prior()
@@ -63,5 +66,6 @@ def compare(questions: Sequence[Question]) -> Comparison:
         scores[name] = trials[name].sum(axis=1)
         totals = parts.sum(axis=2)
         bic[name] = len(question.free) * np.log(counts) - 2.0 * totals.max(axis=0)
-        best_values[name] = question.convert(normal)[totals.argmax(axis=0)]
-    return Comparison([person.name for person in lifts.people], scores, bic, best_values, trials)
+        best = normal[totals.argmax(axis=0)]
+        best_values[name], noise[name] = question.convert(best), question.estimate_noise(best)
+    return Comparison([person.name for person in lifts.people], scores, bic, best_values, trials, noise)

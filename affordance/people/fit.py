@@ -25,6 +25,10 @@ GROUPS = ("posterior", "prior", "log_likelihood", "observed_data", "sample_stats
 # Limits of memory and time (SECURITY.md): rows of arrays; numbers in one array, which holds the joint covariance of
 # up to one kind for each object; and rows times lifts in one evaluation of a likelihood.
 _MOST_ROWS, _MOST_NUMBERS, _MOST_WORK = 100_000, 100_000_000, 200_000_000
+_NOISE_REPEATS = 6
+# Largest SD of a log likelihood over the random numbers of particles with which a fit can be relied on; about 0.9 is
+# recommended for samplers with estimated likelihoods (Pitt and others 2012, J. Econometrics 171:134-151).
+MOST_NOISE = 1.0
 
 
 @dataclass(frozen=True)
@@ -74,8 +78,11 @@ class Question:
         """Converts standard normal numbers, (D, F), to values of the free parameters, (D, F)."""
         return np.column_stack([each.convert(normal[:, column]) for column, each in enumerate(self.free)])
 
-    def compute(self, place: int, normal: Array) -> Array:
-        """Computes log likelihoods of one participant's N pushes for D draws, both (D, ...); returns (D, N)."""
+    def compute(self, place: int, normal: Array, repeat: int = 0) -> Array:
+        """Computes log likelihoods of one participant's N pushes for D draws, both (D, ...); returns (D, N).
+
+        Each ``repeat`` has other random numbers; 0 are those of the fit.
+        """
         return compute_log_likelihoods(
             self.lifts.people[place],
             self.lifts.tools,
@@ -84,7 +91,7 @@ class Question:
             self.free,
             self.convert(normal),
             particles=self.particles,
-            seed=(self.seed, place),
+            seed=(self.seed, place, repeat) if repeat else (self.seed, place),
         )
 
     def compute_all(self, normal: Array) -> Array:
@@ -92,9 +99,40 @@ class Question:
         tasks = [partial(self.compute, place, normal) for place in range(len(self.lifts.people))]
         return stack(run_tasks(tasks, jobs=self.jobs, description="fit"))
 
+    def estimate_noise(self, normal: Array) -> Array:
+        """Estimates the SD of each participant's log likelihood over the particles' random numbers, (participants,).
+
+        Args:
+            normal: Standard normal numbers of each participant's free parameters, (participants, F).
+        """
+        repeats = range(1, _NOISE_REPEATS + 1)
+        tasks = [partial(self.compute, place, normal[[place]], k) for place in range(len(normal)) for k in repeats]
+        found = [parts.sum() for parts in run_tasks(tasks, jobs=self.jobs, description="particle noise")]
+        noise: Array = np.reshape(found, (len(normal), _NOISE_REPEATS)).std(axis=1, ddof=1)
+        return noise
+
     def draw_prior(self) -> Array:
         """Draws standard normal numbers for the free parameters from the prior, (D, F)."""
         return draw_prior(self.draws, len(self.free), self.seed)
+
+
+def find_best(question: Question, found: Draws | Sequence[Draws]) -> Array:
+    """Finds the most probable draw for each participant, (participants, F), in standard normal numbers."""
+    each = [found] * len(question.lifts.people) if isinstance(found, Draws) else found
+    return np.array(
+        [one.normal[one.log_likelihoods.reshape(len(one.normal), -1).sum(axis=1).argmax()] for one in each]
+    )
+
+
+def warn_of_noise(names: Sequence[str], noise: Array) -> list[str]:
+    """Returns a warning for each name whose log likelihood is too noisy."""
+    pairs = zip(names, noise.tolist(), strict=True)
+    return [
+        f"warning: {name}: not to be relied on; with other random numbers the log likelihood has an SD of {sd:.1f}, "
+        f"must be at most {MOST_NOISE:g}: use more --particles"
+        for name, sd in pairs
+        if sd > MOST_NOISE
+    ]
 
 
 def stack(parts: Sequence[Array]) -> Array:

@@ -18,14 +18,17 @@ from affordance.experiments.lifts import cylinder, repeat, run_lifts
 from affordance.experiments.observers import Setup
 from affordance.people.comparison import compare
 from affordance.people.fit import (
+    MOST_NOISE,
     Question,
     arrange_for_loo,
     describe_fit,
+    find_best,
     fit_each,
     fit_pooled,
     leave_out,
     read_fit,
     score_ahead,
+    warn_of_noise,
 )
 from affordance.people.free_parameters import list_free
 from affordance.people.pushes import read_lifts
@@ -155,6 +158,37 @@ def test_the_learner_of_simulated_people_predicts_them_best(table):
     assert (shown.loc[shown["learner"] == "density", "behind_best"] < -2.0).all()
 
 
+def test_noise_of_particles_is_that_over_seeds_and_falls_with_their_number(table):
+    normal, noise = np.zeros((2, 1)), {}
+    for particles in (3, 300):
+        question = ask(
+            table, KINDS_DRAWN, particles=particles, free=["kappa"], participant=Participant(push_error=0.2)
+        )
+        noise[particles] = question.estimate_noise(normal)
+        seeds = [question.compute(0, normal[:1], k).sum() for k in range(1, 7)]
+        assert noise[particles][0] == pytest.approx(np.std(seeds, ddof=1))
+        assert question.compute(0, normal[:1], 1).sum() != question.compute(0, normal[:1]).sum()
+    assert (noise[300] < 0.5 * noise[3]).all()
+
+
+def test_noise_is_warned_of_where_a_fit_cannot_be_relied_on():
+    (line,) = warn_of_noise(["P1", "P2"], np.array([MOST_NOISE, 3.44]))
+    assert line.startswith("warning: P2: not to be relied on")
+    assert "SD of 3.4, must be at most 1: use more --particles" in line
+
+
+def test_noise_is_estimated_at_the_most_probable_draw(table):
+    question = ask(table, OWN_MEMORY)
+    found = fit_each(question)
+    best = find_best(question, found)
+    for place, draws in enumerate(found):
+        totals = draws.log_likelihoods.sum(axis=1)
+        assert (best[place] == draws.normal[totals.argmax()]).all()
+    pooled = fit_pooled(question)
+    best = find_best(question, pooled)
+    assert (best == pooled.normal[pooled.log_likelihoods.sum(axis=(1, 2)).argmax()]).all()
+
+
 def test_fit_and_comparison_as_commands(table, tmp_path):
     words = (table, "--draws", 4, "--particles", 3, "--jobs", 1, "--out", tmp_path)
     said = answer("fit", *words, "--learner", "own_memory").out
@@ -165,7 +199,9 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
     content = json.loads(answer("fit", *words, "--learner", "own_memory", "--pooled", "--json").out)
     assert content["free"] == ["push_error"]
     assert len(content["everyone"]["push_error"]) == 3
-    assert {*content["participants"]["1"]} == {"pushes", "log_score_left_out", "draws_left_out"}
+    assert {*content["participants"]["1"]} == {
+        *("pushes", "log_score_left_out", "draws_left_out", "particle_noise"),
+    }
     said = answer("compare-learners", *words, "--learner", "density", "--learner", "own_memory").out
     assert "own_memory: best for 2 of 2" in said
     assert len(pd.read_csv(tmp_path / "compare_lifts" / "comparison.csv")) == 4

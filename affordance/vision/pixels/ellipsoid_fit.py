@@ -68,7 +68,7 @@ class Fit(NamedTuple):
 
 
 class PartView(NamedTuple):
-    """Measurements of an ellipsoid in a picture: depth readings, (N,), [m], their pixels, (N, 2), and outline, (K, 2).
+    """Measurements of an ellipsoid in a picture: depth readings, (N,), [m], their pixels and outline, (N, 2), (K, 2).
 
     Pixels and points of the outline are given as column and row.
     """
