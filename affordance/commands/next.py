@@ -212,7 +212,7 @@ def describe_stop(advice: HoldAdvice, uses: float) -> str:
     if later:
         head += f"; then {name_object(later[0])}"
     if min(advice.p_best_planned) >= CERTAIN:
-        return f"{head}; certain after about {len(advice.plan)}."
+        return f"{head}; all choices are certain after about {len(advice.plan)}."
     then = ", ".join(
         f"{p:.2f} for {each.name}" for p, each in zip(advice.p_best_planned, advice.decisions, strict=True)
     )
