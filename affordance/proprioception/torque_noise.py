@@ -155,7 +155,7 @@ class WhiteNoise(CheckedFields):
         return NUM_PARAMETERS**2 + NUM_PARAMETERS + 1
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Computes the terms of the normal equations Y^T Y, Y^T r and r^T r; r = tau - tau_arm is the torque of the load."""
+        """Computes the terms of the normal equations: Y^T Y, Y^T r and r^T r, with load torque r = tau - tau_arm."""
         residual = tau - tau_arm
         return np.concatenate([(Y.T @ Y).ravel(), Y.T @ residual, [residual @ residual]])
 
