@@ -158,8 +158,8 @@ def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]
     for each in advice.ranked:
         if each.p_held < _SURELY:
             lines.append(f"The arm can hold {name_object(each.name)} with probability {each.p_held:.2f}.")
-    certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
-    lines.append(f"All choices certain? {certain}. No hold worth its price? {below}.")
+    certain, worthwhile = ("yes" if each else "no" for each in (advice.is_certain, not advice.is_below_price))
+    lines.append(f"All choices certain? {certain}. Any hold worth its price? {worthwhile}.")
     return lines
 
 
