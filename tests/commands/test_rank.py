@@ -51,7 +51,7 @@ def test_memory_decides_and_the_first_line_says_what_to_take(known):
 def test_without_a_memory_it_says_that_it_knows_nothing():
     said = answer(*ONE).out
     assert "; the prior of any material for oak, cast steel\n" in said
-    assert "is due to the density of oak (" in said
+    assert "is uncertain because of the density of oak (" in said
     assert "the machinist hammer choked would be better." in said
 
 
