@@ -162,7 +162,7 @@ def _describe(program: str) -> str:
             lines += textwrap.wrap(
                 text, width, initial_indent=f"  {name}".ljust(len(indent)), subsequent_indent=indent
             )
-    short = f"{program} EXPERIMENT is short for {program} run EXPERIMENT, with {experiments}."
+    short = f"{program} EXPERIMENT is short for {program} run EXPERIMENT; EXPERIMENT is {experiments}."
     lines += ["", *textwrap.wrap(short, width), f"{program} --version prints the version."]
     lines += ["", f"example: {program} run weight --repeats 10"]
     return "\n".join(lines)

@@ -70,7 +70,7 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
 
     Args:
         settings: Settings to start from.
-        changes: Values by name; a nested mapping contains values of the names below its own.
+        changes: Values by name, such as ``{"prior.sd": 8000}``, also nested: ``{"prior": {"sd": 8000}}``.
         source: Source of the changes, for errors; in a file they are under the key ``settings``.
 
     Raises:

@@ -104,7 +104,7 @@ class Settings:
         prior: Prior of the density of a material that was never held.
         learner: Learner of all observers, or its name: "density", "kinds_map" or "kinds_drawn". The paper's learner
             has one density per colour. For robots, ``ARM_LEARNER`` in ``belief.learners`` is recommended.
-        participant: How simulated people push, and how they differ, in lifts in closed form.
+        participant: How simulated people push, and how they differ, in lifts that are computed in closed form.
         noise: Errors of measured joint torques.
         acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; zero in the
             paper.
@@ -114,7 +114,7 @@ class Settings:
         mpc: Horizon, steps and weights of the controller.
         angle_margin: Margin that the controller keeps from position limits, [rad].
         control_period: Time between two plans of the controller, [s].
-        point_estimate: Density with which the controller represents the belief.
+        point_estimate: Point of the belief that the controller uses as the density, such as the most probable one.
         uses_posterior: True if the controller uses the posterior as it is updated within a trial (an extension);
             False to use the visual prior for the whole trial (the paper).
         sample_period: Time between two samples of proprioception, [s].

@@ -148,8 +148,8 @@ def test_former_name_of_a_setting_is_answered_with_the_present_one(former, prese
 @pytest.mark.parametrize(
     ("value", "nearest"),
     [
-        (100, "0.067 for 100 kg/m^3 of 1500 kg/m^3"),
-        (0, "0 for 0 kg/m^3 of 1500 kg/m^3"),
+        (100, "0.067 for 100 kg/m^3 at a density of 1500 kg/m^3"),
+        (0, "0 for 0 kg/m^3 at a density of 1500 kg/m^3"),
         (1e6, "such as 0.06"),
         (-1, "such as 0.06"),
         (float("nan"), "such as 0.06"),

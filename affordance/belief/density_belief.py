@@ -59,7 +59,7 @@ class DensityBelief:
         precision = check_array("precision", self.precision, (size, size)).copy()
         check_symmetry("precision", precision)
         if size and np.linalg.eigvalsh(precision)[0] <= 0.0:
-            raise BadArgumentError("precision", "", "is not positive definite, must be")
+            raise BadArgumentError("precision", "", "is not positive definite, must be positive definite")
         precision.setflags(write=False)
         information_vector.setflags(write=False)
         object.__setattr__(self, "precision", precision)

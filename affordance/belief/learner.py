@@ -75,7 +75,7 @@ class Groups(NamedTuple):
 
 
 class Learner(ABC):
-    """Learner of densities.
+    """Rule by which observers learn densities from lifts; base class of all learners.
 
     A subclass declares its parameters as fields of a nested frozen dataclass ``Parameters``, such as
     ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. The value of a parameter is one number
@@ -118,14 +118,14 @@ class Learner(ABC):
 
     @property
     def sums_evidence(self) -> bool:
-        """True if the belief about means is the prior plus a sum of independent evidence from each thing.
+        """True if the belief about means is the prior plus a sum of independent evidence from each lifted object.
 
-        The evidence from a single thing can then be left out.
+        The evidence from a single object can then be left out.
         """
         return False
 
     def change(self, **parameters: Any) -> Self:
-        """Returns the learner with new values for some parameters."""
+        """Returns the learner with new values for some parameters; raises a BadArgumentError for a wrong one."""
         return type(self)(**{**_list_values(self.parameters), **parameters})
 
     def of_observers(self, observers: Sequence[int]) -> Self:
@@ -165,7 +165,7 @@ class Learner(ABC):
         Args:
             rng: Random numbers, for learners whose observers differ from the start.
             parameters: ``Parameters`` of this learner.
-            prior: Prior of materials that were never lifted; ``describe_start`` puts it into the state.
+            prior: Prior of materials that were never lifted; ``describe_start`` returns it as entries of a state.
             num_colours: Number M of known colours.
             size: Number of observers B.
         """
@@ -176,11 +176,18 @@ class Learner(ABC):
 
     @abstractmethod
     def expect(self, state: State, seen: Seen) -> Normals:
-        """Returns the belief about an object's own m densities before a lift, (B, m)."""
+        """Returns the belief about the m densities of the seen object itself before a lift, (B, m)."""
 
     @abstractmethod
     def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
-        """Updates the state after a lift; each discrete choice draws one uniform number per observer from ``rng``."""
+        """Learns from a lift; returns the new state, and the belief about the object's own densities.
+
+        Args:
+            state: State of the observers before the lift.
+            seen: Lifted object.
+            find_likelihood: Function that computes the likelihood of the object's densities from a belief about them.
+            rng: Random numbers; each discrete choice draws one uniform number per observer.
+        """
 
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
         """Returns the state after a colour was seen, and the index of that colour.
@@ -195,11 +202,17 @@ class Learner(ABC):
         raise AffordanceError(f"{self.name} met a new colour after its start, which needs a method 'meet'")
 
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        """Returns the state of the selected colours, in the given order, and of things that have no other colour."""
+        """Returns the state of the selected colours, in the given order, and of the selected objects.
+
+        Args:
+            state: State of the observers.
+            colours: Indices of the selected colours.
+            things: Numbers of the selected objects, which have no other colours.
+        """
         raise AffordanceError(f"{self.name} has to forget a colour, which needs a method 'select'")
 
     def get_felt(self, state: State, seen: Seen) -> Likelihood | None:
-        """Returns the summed likelihood of a thing's own densities; None if the learner does not store it."""
+        """Returns the summed likelihood of a seen object's own densities; None if the learner does not store it."""
         return None
 
     def group(self, state: State) -> Groups:
@@ -209,7 +222,7 @@ class Learner(ABC):
         return Groups(means, colours, colours)
 
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
-        """Returns the index of an object's group in each of its colours, (B, m)."""
+        """Returns the index of the seen object's group for each of its m colours, (B, m)."""
         return np.broadcast_to(np.array(seen.colours, dtype=np.intp), (len(seen.things), len(seen.colours)))
 
 
@@ -243,7 +256,7 @@ def describe_prior(prior: Prior, size: int) -> State:
 def _check_parameters(learner: Learner, given: Mapping[str, Any]) -> Any:
     kind = learner.Parameters
     if not is_dataclass(kind):
-        raise BadArgumentError(learner.name, "Parameters", "is not a dataclass, must be a frozen one")
+        raise BadArgumentError(learner.name, "Parameters", "is not a dataclass, must be a frozen dataclass")
     parameters: Any = kind()
     for name, value in given.items():
         if name not in _list_values(parameters):

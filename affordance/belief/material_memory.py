@@ -59,9 +59,9 @@ class MaterialMemory:
         seed: Seed of the learner's random draws, if it makes any.
         colours: Known colours, in the order in which they were met.
         state: State of the learner; empty until a colour is met.
-        things: Things that were lifted, in the order of their numbers in the state.
+        things: Objects that were lifted, in the order of their numbers in the state; objects that look alike are one.
         num_lifts: Number of lifts that the memory has learned from.
-        at_hand: Object that was recalled last, until its lift is learned from.
+        at_hand: Object that was recalled last; None once its lift was learned from.
 
     Example:
         >>> from affordance import MaterialMemory
@@ -105,7 +105,7 @@ class MaterialMemory:
         """Builds the memory of an observer that knows the densities of materials exactly.
 
         Args:
-            densities: Density of each material, [kg/m^3]; keys are names of materials, materials or colours.
+            densities: Density of each material, [kg/m^3]; a key is the name of a material, a Material, or a colour.
             materials: Materials by name; None uses the package's materials.
 
         Raises:
@@ -157,7 +157,7 @@ class MaterialMemory:
         """Returns the belief about a material that was met: mean, standard deviation and percentiles, [kg/m^3].
 
         Args:
-            material: Name of a material, a material, or a colour.
+            material: Name of a material, a Material, or a colour.
             materials: Materials by name; None for those of the package.
 
         Raises:
@@ -206,7 +206,7 @@ class MaterialMemory:
         return self._meet(colour, probabilities, prior)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
-        """Returns the memory with only these known colours, in this order, and things that have no other colour."""
+        """Returns the memory with only these known colours, in this order, and the objects without other colours."""
         if tuple(colours) == self.colours:
             return self
         kept = [self.colours.index(colour) for colour in colours]
@@ -223,7 +223,7 @@ class MaterialMemory:
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection:
         """Recalls the belief about this object or, if it was never lifted, about new objects of its colours.
 
-        The appearance is compared with that of every thing. The prior is that of materials never met.
+        The appearance is compared with that of every lifted object. The prior is that of materials never met.
         """
         memory, columns, parts = self, list[int](), list[PartAppearance]()
         if not memory.colours:
@@ -247,8 +247,8 @@ class MaterialMemory:
     def learn(self, find_likelihood: FindLikelihood, deviation: float) -> Lesson:
         """Learns from a trial with the object recalled last.
 
-        Objects of a material scatter about its mean density; ``deviation`` is the SD as a fraction of the mean.
-        Raises a ValueError if no object was recalled since the last lift.
+        ``find_likelihood`` computes the likelihood of the object's densities from a belief about them; ``deviation``
+        is their SD about the material's mean, as a fraction of it. Raises a ValueError if no object was recalled.
         """
         at_hand = self.at_hand
         if at_hand is None:
@@ -280,9 +280,9 @@ class MaterialMemory:
         return self.learner.group(self.state)
 
     def find_kind(self, appearance: Sequence[PartAppearance]) -> int:
-        """Returns the number of a thing's kind in the colour of its first part, 1 for the oldest kind.
+        """Returns the number of an object's kind among the kinds of its first part's colour; 1 is the oldest kind.
 
-        It is 0 for a thing that was never lifted, and for a learner without kinds.
+        It is 0 for an object that was never lifted, and for a learner without kinds.
         """
         number = next((i for i, each in enumerate(self.things) if is_same_object(each.appearance, appearance)), None)
         if number is None or (groups := self.group()).counts is None:

@@ -18,9 +18,11 @@ _FORMER_DENSITY = 1500.0
 class Prior(CheckedFields):
     """Prior of the density of any material that was never held (docs/decisions/0003-prior.md).
 
+    It is a normal distribution truncated to positive densities.
+
     Attributes:
         mode: Most probable density, [kg/m^3].
-        sd: Standard deviation of the unrestricted normal distribution, [kg/m^3].
+        sd: Standard deviation of the normal distribution before truncation, [kg/m^3].
         deviation: Standard deviation of an object's density about its material's mean, as a fraction of the mean
             (s_m).
 
@@ -56,7 +58,7 @@ class Prior(CheckedFields):
 def describe_former(value: object) -> str:
     """Explains how a deviation of earlier versions, in kg/m^3, is given now, with the nearest value."""
     if isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= _FORMER_DENSITY:
-        nearest = f"{value / _FORMER_DENSITY:.2g} for {value:g} kg/m^3 of {_FORMER_DENSITY:g} kg/m^3"
+        nearest = f"{value / _FORMER_DENSITY:.2g} for {value:g} kg/m^3 at a density of {_FORMER_DENSITY:g} kg/m^3"
     else:
         nearest = "such as 0.06"
     return f"is now called deviation, a fraction of the density: {nearest}"

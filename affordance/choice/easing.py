@@ -65,7 +65,7 @@ def find_easier(
     ways = []
     share = 0.0 if plan.infeasible_reason else _find_share(plan, pi, admit)
     if share > 0.0:
-        ways.append(f"with {share:.2f} times its weight")
+        ways.append(f"with a tool of {share:.2f} times the weight")
     words = ""
     for easier, words in task.list_easier() if isinstance(task, Easable) else ():
         if _can_do(plan_once(easier, parts, settings, arm), pi, admit):

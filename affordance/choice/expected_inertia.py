@@ -39,7 +39,12 @@ class ExpectedBody(NamedTuple):
 
 
 class Expectation(NamedTuple):
-    """Expected inertia of a whole object and of each of its parts, in their order: means and 90 % intervals.
+    """Expected inertia of a whole object and of each of its parts: means and 90 % intervals.
+
+    Attributes:
+        whole: The whole object.
+        parts: Its parts, in the order of the tool's components.
+        surprises: Weighings that contradict the drawing and the materials.
 
     Example:
         >>> from affordance import MODELS, MaterialMemory, expect, load_tools
@@ -63,7 +68,7 @@ def expect(
 ) -> Expectation:
     """Computes the inertia expected of an object from its appearance and its weighings, before it is held.
 
-    A weighing is evidence about both densities and drawing errors, which together make up the mass that was weighed.
+    A weighing is evidence about the densities and about the errors of the drawing, as the mass depends on both.
 
     Args:
         tool: Object that is looked at; its true densities are not used.

@@ -52,11 +52,11 @@ _NUM_CHECKED = 50
 
 @dataclass(frozen=True)
 class Hammer:
-    """Task of driving a nail with a demanded peak of its resistance, for any tool.
+    """Task of driving a nail, with any tool, so that the nail's resistance reaches a demanded peak.
 
     Attributes:
         nail: Nail to be driven.
-        offset: Position of the nail's head relative to the striking point at the start, in W, [m].
+        offset: Position of the nail's head relative to the striking point at the start, in the world frame W, [m].
         direction: Direction in which the nail is driven, a unit vector in W.
         duration: Duration of the swing, from rest at the start to the strike, [s].
         force: Demanded peak resistance, [N].
@@ -104,9 +104,10 @@ class Hammer:
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
-        """Plans swings at increasing tip speeds, up to the speed that a massless tool would need.
+        """Plans swings at increasing tip speeds, and returns the cost of the blow for any inertia of the tool.
 
-        The swings do not depend on the tool's inertia. If no swing is possible, the result contains the reason.
+        The highest speed is the one that a massless tool would need. The swings do not depend on the tool's inertia.
+        If no swing is possible, the result contains the reason.
 
         Args:
             model: Model of the arm; its state and payload are changed.
@@ -223,7 +224,7 @@ def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: fl
         swing = plan_swing(unlimited, target, speed=speed, duration=hammer.duration)
     except AffordanceError:
         few = f", or {arm.num_joints} joints are too few" if arm.num_joints < _FEWEST_JOINTS else ""
-        return f"not even without limits of angle and rate: the nail is out of reach{few}"
+        return f"nor does any swing without limits of angle and rate: the nail is out of reach{few}"
     q, v, _ = swing.evaluate(np.linspace(0.0, swing.duration, _NUM_CHECKED))
     beyond = np.maximum(arm.limits.q_lower - q, q - arm.limits.q_upper)
     row, joint = np.unravel_index(np.argmax(beyond), beyond.shape)

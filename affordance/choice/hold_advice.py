@@ -86,7 +86,7 @@ class HoldAdvice(NamedTuple):
         plan: Names of the objects to hold in turn, starting with the next one, as far as can be planned before it is
             felt: until every choice is expected to be certain, or a further hold is not worth its price. Empty if no
             plan was made, or nothing should be held.
-        p_best_planned: For each choice, the expected probability, after these holds, that it is the best.
+        p_best_planned: For each choice, the expected probability, after the planned holds, that it is the best.
         check: Name of the object to hold as a check because certainty rests on a single object; empty if it does not,
             or if no object that may be held would be informative and worth its price.
 
@@ -123,5 +123,5 @@ class HoldAdvice(NamedTuple):
 
     @property
     def rests_on(self) -> tuple[str, ...]:
-        """Names of all objects on which a certain choice depends."""
+        """Names of all objects without any one of which some certain choice would be open."""
         return tuple(dict.fromkeys(name for each in self.decisions for name in each.rests_on))

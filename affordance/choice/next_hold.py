@@ -79,8 +79,8 @@ def advise_hold(
         criterion: Criterion by which options are compared; worths have its unit.
         bounds: Largest wrench that the gripper can hold; None for no bounds.
         price: Price of a hold, in the unit of the criterion.
-        felt: Objects that were held before, by name. Their own deviations are known already, and one of them may be
-            odd.
+        felt: Evidence about objects that were held before, by name. It tells how far each deviates from the mean
+            densities of its materials. One of the objects may be odd, which means not made of what it looks like.
         looks_ahead: True to plan a few holds ahead.
         num_samples: Number of samples of the belief.
         seed: Seed of the samples.

@@ -84,12 +84,12 @@ class Ranking(NamedTuple):
     """Options in order of expected cost.
 
     Attributes:
-        ranked: Usable options in order of cost, exact ties in random order; then the others, which are never chosen,
-            in the same order.
+        ranked: Usable options in order of cost, exact ties in random order; then the unusable ones, which are never
+            chosen, also in order of cost.
         num_usable: Number of usable options.
         min_feasibility: Smallest probability of being feasible with which an option is usable.
         p_none: Probability that no option is feasible.
-        flips: True if the least expected integral of the squared torques would choose another option.
+        flips: True if another option has the least expected integral of the squared torques.
         criterion: Criterion by which options are compared.
 
     Example:

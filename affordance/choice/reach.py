@@ -55,7 +55,7 @@ class PathTask:
 
 @dataclass(frozen=True)
 class Reach(PathTask):
-    """Task, for any tool, of following a path with the tool's free end F from the start posture.
+    """Task of moving the free end F of any tool along a path, from the start posture.
 
     Example:
         >>> from affordance import MODELS, Reach, load_path

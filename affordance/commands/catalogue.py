@@ -32,7 +32,7 @@ SUBJECTS = {
     },
     "Program": {
         "settings": "list the settings that --set changes, with value, unit and source",
-        "study": "run a long study (minutes to hours); without a name, list them",
+        "study": "run a long study (minutes to hours): affordance study NAME; without NAME, list all",
         "tutorials": "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter",
         "doctor": "check which parts work on this machine, and say how to install the others",
         "completion": "print a script that completes commands and options in a shell",

@@ -17,7 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
     add_fit_options(parser)
-    what = f"{NAMES}; more than once (default: all of the program but kinds_map)"
+    what = f"{NAMES}; may be repeated (default: all built-in learners except kinds_map)"
     add("--learner", action="append", default=[], metavar="LEARNER", help=what)
     add("--json", action="store_true", help="print the result as JSON")
     add_out(parser)

@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     what = "model folder written by import-arm, or a robot's file with --tip (default: the paper's arm)"
     add("place", nargs="?", type=Path, metavar="robot", help=what)
-    what = "what to identify: mass, com, inertia, or the cost of a task (default mass)"
+    what = "what to identify: mass, com or inertia, or a task of the robot, for the cost of that task (default mass)"
     add("--for", dest="aim", default="mass", metavar="AIM", help=what)
     add("--seconds", type=float, default=8.0, metavar="S", help="duration of the motion (default 8)")
     add("--postures", type=int, metavar="N", help="visit N postures (default: a motion as a Fourier series)")
@@ -73,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add(
         "--gains", type=Path, metavar="FILE", help="gains.yaml written by identify, with gains and errors of this arm"
     )
-    add("--floor", type=float, default=10.0, metavar="G", help="error that does not average out, g (default 10)")
+    add("--floor", type=float, default=10.0, metavar="G", help="mass error that does not average out, g (default 10)")
     what = "acceleration limit: one for all joints, or one per joint, rad/s^2 (default: the robot's file, else 3)"
     add("--acceleration", type=float, nargs="+", default=[], metavar="A", help=what)
     add("--joint-limits", type=Path, metavar="FILE", help="joint_limits.yaml of MoveIt")
@@ -260,11 +260,11 @@ def _describe(
         f"moments of inertia {spread.inertia:.2g} kg m^2{cost}"
     )
     yield (
-        f"The median of random motions within the same limits is {design.typical / design.score:.1f} times as large; "
-        f"an error of {arguments.floor:g} g remains however long the motion is (--floor)"
+        f"The median of random motions within the same limits has an SD {design.typical / design.score:.1f} times as "
+        f"large; a mass error of {arguments.floor:g} g remains however long the motion is (--floor)"
     )
     if spread.mass <= _NEAR_FLOOR * 1e-3 * arguments.floor:
-        yield f"The mass is within a factor of {_NEAR_FLOOR:g} of that error: longer motions help little"
+        yield f"The SD of the mass is within a factor of {_NEAR_FLOOR:g} of that error: longer motions help little"
     angles = zip(robot.joint_names, design.motion.q[0], strict=True)
     yield f"Start at rest at {', '.join(f'{name} {angle:.3f}' for name, angle in angles)} rad"
     lowest = float(robot.chain.compute_motion(*way.motion).p_WT[:, 2].min())

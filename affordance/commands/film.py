@@ -21,9 +21,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("experiment", help=f"one of {', '.join(_FILMED)}")
     parser.add_argument("file", type=Path, help="film to write: .gif, or .webm or .mp4 (these need imageio-ffmpeg)")
     parser.add_argument(
-        "--seconds", type=float, default=60.0, metavar="S", help="how much of it is shown (default: all)"
+        "--seconds",
+        type=float,
+        default=60.0,
+        metavar="S",
+        help="length of the experiment that is shown, s (default: all)",
     )
-    parser.add_argument("--slower", type=float, default=1.0, metavar="TIMES", help="slow motion (default 1)")
+    parser.add_argument(
+        "--slower", type=float, default=1.0, metavar="TIMES", help="factor by which it is slowed down (default 1)"
+    )
     options.add_robot(parser)
     options.add_seed(parser)
     options.add_set(parser)

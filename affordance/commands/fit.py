@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add_fit_options(parser)
     add("--learner", required=True, metavar="LEARNER", help=NAMES)
-    what = "parameters to fit, as kappa,own_drift (default: push_error and what the learner has to be fitted)"
+    what = "parameters to fit, such as kappa,own_drift (default: push_error and the learner's fitted ones)"
     add("--free", metavar="NAMES", help=what)
     add("--chains", type=int, default=1, metavar="C", help="independent samplers, for r_hat of ArviZ (default 1)")
     add("--pooled", action="store_true", help="one value for all participants (default: one for each)")

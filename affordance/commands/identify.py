@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "model folder of import-arm, a robot's file (URDF, SDF, MJCF), or .dmd.yaml (default: the paper's arm)"
     add("robot", nargs="?", type=Path, help=what)
     robot = find_group(parser, ROBOT).add_argument
-    robot("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the same, as an option")
+    robot("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the robot, given as an option")
     what = "link that carries the payload, or the wrist sensor (default: that of the run's description or the folder)"
     robot("--tip", help=what)
     what = "frame of the controller's flange, for --claimed and lines to paste (default: the tip in the robot's file)"
@@ -68,11 +68,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--object-name", help="name of the tool in that file")
     what = "pose of the object in the tip's frame, m and degrees (default: that of the run's description)"
     add("--object-pose", type=float, nargs=6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"), help=what)
-    what = "relative standard deviation of its part sizes (default 0.2)"
+    what = "relative standard deviation of the sizes of the object's parts (default 0.2)"
     add("--size-error", type=float, default=0.2, metavar="SD", help=what)
     what = "relative standard deviation of the mass that the camera does not see (default 0.2; 0.02 for solid stock)"
     add("--unseen", type=float, default=0.2, metavar="SD", help=what)
-    what = "materials for that file (default: the robot's, else those of the package)"
+    what = "materials for the tools file of --object (default: the robot's, else those of the package)"
     add("--materials", type=Path, metavar="FILE", help=what)
     what = "lasting memory of materials (SQLite file), which learns from this run; it is created if it does not exist"
     add("--memory", metavar="MEMORY", help=what)
@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--gains", type=Path, help="known gains (gains.yaml, written by a run with --reference-mass)")
     what = "file with the payload that is set on the controller, or several candidates to compare"
     add("--claimed", type=Path, nargs="+", default=[], metavar="FILE", help=what)
-    what = "relative tolerance for its mass and centre of mass (default 0.05)"
+    what = "relative tolerance for the claimed mass and centre of mass (default 0.05)"
     add("--tolerance", type=float, default=0.05, help=what)
     add("--anyway", action="store_true", help="write, learn and print lines even if the result is not to be trusted")
     what = "joint_limits.yaml of MoveIt: advice for further motion respects its acceleration limits"

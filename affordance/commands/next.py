@@ -158,8 +158,8 @@ def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]
     for each in advice.ranked:
         if each.p_held < _SURELY:
             lines.append(f"The arm can hold {name_object(each.name)} with probability {each.p_held:.2f}.")
-    certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
-    lines.append(f"All choices certain? {certain}. No hold worth its price? {below}.")
+    certain, worthwhile = ("yes" if each else "no" for each in (advice.is_certain, not advice.is_below_price))
+    lines.append(f"All choices certain? {certain}. Any hold worth its price? {worthwhile}.")
     return lines
 
 
@@ -212,7 +212,7 @@ def describe_stop(advice: HoldAdvice, uses: float) -> str:
     if later:
         head += f"; then {name_object(later[0])}"
     if min(advice.p_best_planned) >= CERTAIN:
-        return f"{head}; certain after about {len(advice.plan)}."
+        return f"{head}; all choices are certain after about {len(advice.plan)}."
     then = ", ".join(
         f"{p:.2f} for {each.name}" for p, each in zip(advice.p_best_planned, advice.decisions, strict=True)
     )

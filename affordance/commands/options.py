@@ -223,7 +223,7 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     add = find_group(parser, ROBOT).add_argument
     add("--tip", help="link or frame at the end of the arm that holds objects (default: the end of the longest limb)")
     add("--base", help="link that is fixed to the world (default: the beginning of the limb)")
-    what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z"
+    what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; for a negative one write --out-axis=-z"
     add("--out-axis", metavar="AXIS", help=what)
     what = "roll of the hand about its x axis, relative to the axes of the tip (default: z points up at home)"
     add("--roll", type=float, metavar="DEGREES", help=what)

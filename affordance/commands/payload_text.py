@@ -40,7 +40,8 @@ def describe_payload(
     if (halves := belief.halves) is not None:
         masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))
         blocks.append(
-            f"Mass of each half with gains from the other: {masses} kg (weighed: {belief.reference_mass:g} kg)"
+            f"Mass from each half of the run, with the gains of the other half: {masses} kg "
+            f"(weighed: {belief.reference_mass:g} kg)"
         )
     blocks += _list("Not seen", belief.unseen)
     learned = [

@@ -26,11 +26,21 @@ def add_fit_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options that fit and compare-learners share."""
     add = parser.add_argument
     add("lifts", type=Path, help="table with one row per lift (CSV), like lifts.csv")
-    add("--of", default="", metavar="WHO", help="value of the column learner whose lifts are used (default: people)")
-    add("--objects", type=Path, metavar="FILE", help="tools file with the objects (default: by size and mass)")
+    add(
+        "--of",
+        default="",
+        metavar="WHO",
+        help="use only lifts with this value in the column learner (default: people)",
+    )
+    add(
+        "--objects",
+        type=Path,
+        metavar="FILE",
+        help="tools file with the objects (default: objects made from size and mass)",
+    )
     add_columns(parser, COLUMNS)
-    add("--draws", type=int, default=64, metavar="D", help="draws of the free parameters (default 64)")
-    add("--particles", type=int, default=50, metavar="P", help="particles per draw (default 50)")
+    add("--draws", type=int, default=64, metavar="D", help="number of draws of the free parameters (default 64)")
+    add("--particles", type=int, default=50, metavar="P", help="number of particles per draw (default 50)")
     add_seed(parser)
     add_jobs(parser)
     add_set(parser)

@@ -85,7 +85,7 @@ def _predict(
 ) -> int:
     """Predicts an experiment; a user-defined one is first tried with one observer."""
     if (measure := experiment.predict) is None:
-        problem = f"is {arguments.experiment!r}, which uses one learner for all observers; run it once per --learner"
+        problem = f"is {arguments.experiment!r}, which uses one learner for all observers; use run once per --learner"
         raise BadValueError("experiment", "", problem)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")

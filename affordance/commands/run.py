@@ -40,7 +40,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     others = ", ".join(name for name in (*NAMES, *DESIGNS) if name not in OF_THE_PAPER)
     what = f"{', '.join(OF_THE_PAPER)}, or all of these (default); {others}; or a Python file"
     add("experiment", nargs="?", default="all", help=what)
-    what = "simulated observers; objects for vision (default: 200; 50 of each learner for experiments with people)"
+    what = (
+        "number of observers, or of objects for vision (default: 200; from linear_plus on 40 to 50 of each learner)"
+    )
     options.add_run_options(parser, None, what, models="")
     what = (
         "use true features of objects (features, default), or detect them in pictures (pixels), as vision always does"

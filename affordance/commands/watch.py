@@ -66,7 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValueError("experiment", "", f"is 'vision', in which nothing moves, must be {', '.join(_WATCHABLE)}")
     check_experiment(arguments, _WATCHABLE)
     if arguments.robot is not None and arguments.robot.is_file():
-        options.tell(arguments, f"{arguments.robot.name} is imported, if it is new: about half a minute.")
+        options.tell(
+            arguments, f"{arguments.robot.name}: importing it takes about half a minute, unless that was done before."
+        )
     robot = open_robot(*options.read_robot(arguments))
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
         options.tell(arguments, past)
@@ -140,7 +142,7 @@ class _Show:
         record = finish(trial, simulator, tool)
         self._continue(trial, simulator)
         if self.scene.was_pulled:
-            rows = {"Moved": facts.describe_motion(record), "Surprise": "cannot be said: you pulled"}
+            rows = {"Moved": facts.describe_motion(record), "Surprise": "unknown, because you pulled"}
             self.scene.tell(rows, note=_PULLED)  # it may have begun before this hold
             return self.scene.take_wish()
         self.setup.remember(record)

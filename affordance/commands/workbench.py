@@ -94,7 +94,9 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
 
 def add_know(parser: argparse.ArgumentParser) -> None:
     """Adds ``--know``, which names the materials whose handbook density is known."""
-    what = "materials whose handbook density is known: NAME,NAME,... or nothing (default: all that the tools name)"
+    what = (
+        "materials whose handbook density is known: NAME,NAME,... or the word nothing (default: all that tools name)"
+    )
     parser.add_argument("--know", metavar="NAMES", help=what)
 
 

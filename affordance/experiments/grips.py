@@ -62,7 +62,7 @@ def remove_errors(settings: Settings) -> Settings:
 
 @contextmanager
 def blame(file: Path, key: str, failure: str) -> Iterator[None]:
-    """Turns errors of the block into a BadValueError about a file, except SeeingError and UnavailableError."""
+    """Turns errors in its ``with`` block into a BadValueError about a file; SeeingError and UnavailableError pass."""
     try:
         yield
     except (SeeingError, UnavailableError):

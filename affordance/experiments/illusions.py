@@ -1,8 +1,8 @@
 """Size-weight illusion, material-weight illusion, and both crossed: forces and judged heaviness.
 
 Observers lift the family of each look ten times, and then test objects, which all weigh the same, twenty times each.
-The claims were stated before the first run; several came out wrong (docs/heaviness.md). No published value of such a
-study was looked up.
+The claims were stated before the first run; several came out wrong (docs/heaviness.md). They were stated without
+looking up published values of such studies.
 
     affordance run illusions
 """
@@ -218,7 +218,7 @@ def _contrast(name: str, logs: pd.Series) -> dict[str, float]:
 
 
 def summarise(contrasts: pd.DataFrame) -> pd.DataFrame:
-    """Computes ``mean`` and standard error ``se`` of each contrast, by design, contrast, learner, of and moment."""
+    """Computes ``mean`` and standard error ``se`` of each contrast, by design, learner, ratio (``of``) and moment."""
     groups = contrasts.groupby(["design", "contrast", "learner", "of", "moment"], sort=False)["value"]
     return pd.DataFrame({"mean": groups.mean(), "se": groups.sem()})
 

@@ -284,7 +284,7 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
               *compare("size of the excursion, first holds of the other rods divided by that of the first",
                        lambda a: a[look]["first_size_m"][1:] / a[look]["first_size_m"][0], below=0.5)),
         claim("decoys", "ours, a prediction; paper IV-A",
-              "Decoys of a new length only rise with densities by look; those like a known rod also with own memory.",
+              "Decoys of a new length rise only with densities by look; those like a known rod also with own memory.",
               *compare("lift of the decoys by look, m",
                        lambda a: np.array([a[look]["decoy_m"], a[look]["new_decoy_m"]]), above=0),
               *compare("lifts without memory divided by lifts by look",

@@ -2,7 +2,8 @@
 
 A design is a function that draws the trials of one observer: a table with the columns block, cycle and object, whose
 rows are in the order of the lifts. ``run_lifts`` adds what each observer does. Before a lift the hand is clamped, and
-pushes up with the weight that the observer believes in; then the object is felt at rest. Both are in closed form.
+pushes up with the weight that the observer believes in; then the object is felt at rest. Both the push and what is
+felt are computed in closed form.
 """
 
 from collections.abc import Callable, Sequence
@@ -233,7 +234,7 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
 
 
 def do_differ(settings: Settings) -> bool:
-    """Says whether observers differ: participant settings are changed, or the learner has a value per observer."""
+    """Says whether observers differ, by changed participant settings or by a learner with a value per observer."""
     values = vars(settings.learner.parameters).values()
     return settings.participant != Participant() or any(isinstance(each, tuple) for each in values)
 

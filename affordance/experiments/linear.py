@@ -182,7 +182,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def list_people(group: Group) -> dict[str, Published]:
-    """Lists people's values; the interval of f is to first order, with its two forces taken as independent."""
+    """Lists people's values; the interval of f is propagated from its two forces as if they were independent."""
     people = dict(group.people)
     weight, end, family = people["weight_N"].value, people["end_N"], people["family_N"]
     f = (end.value - family.value) / (weight - family.value)

@@ -141,7 +141,7 @@ def hold(
     """Lets one observer hold the familiar rods, then the odd rod, then one object of its choice after another.
 
     Returns: Index of the object in each trial; memories before the first trial and after each; records; and for each
-        free trial, whether the observer would rather have stopped before it.
+        trial whose object is chosen, whether the observer would rather have stopped before it.
     """
     settings, runner = setup.settings, get_runner(setup.settings)
     names = [thing.name for thing in things]

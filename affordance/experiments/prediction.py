@@ -79,7 +79,7 @@ def predict(
         name: Name of the experiment, and of its folder within the folder of results.
         setup: Setup of the experiment.
         measure: Function that simulates the observers of every learner and returns their numbers.
-        power: Power for the numbers of people that a comparison needs.
+        power: Power of the test for which the number of people is computed.
     """
     found = measure(setup)
     folder = prepare_folder(setup.out / name)
@@ -103,7 +103,7 @@ def predict(
 
 
 def _sort_by_number(found: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Array]]:
-    """Sorts the numbers of observers by number and learner, each (observers,); each entry of a list is a number."""
+    """Arranges numbers by name and learner, each (observers,); each entry of an array becomes a separate number."""
     values: dict[str, dict[str, Array]] = {}
     for learner, numbers in found.items():
         for key, array in numbers.items():

@@ -1,4 +1,4 @@
-"""A family whose weight grows with size from an offset: which learners can learn it?
+"""A family whose weight is an offset plus a density times volume: which learners can learn it?
 
 The weight of five cylinders of one look is .45 kg plus .75 g/cm^3 times volume, so small cylinders are denser than
 large ones. Learners by density alone make lasting errors: with one density, small cylinders seem too light and large

@@ -105,7 +105,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists standard deviations between people; the share's is computed from the force's."""
+    """Lists standard deviations between people; that of the share is computed from that of the force."""
     share = SPREADS["family_after_N"].sd / means["family_weight_N"]
     return {**SPREADS, "spoilt": PeopleSpread(share, "calculated from the others")}
 

@@ -230,7 +230,7 @@ def _read(name: str, experiment: Experiment, setup: Setup) -> None:
     if setup.known and experiment.no_memory:
         raise BadValueError("--memory", "", f"has no effect on {name}, {experiment.no_memory}")
     if name in _HELD and setup.settings.participant != Participant():
-        problem = f"changes nothing in {name}, whose objects are held in simulations; it is for lifts"
+        problem = f"has no effect on {name}, in which objects are held; it applies to lifts only"
         raise BadValueError("--set", "participant", problem)
     experiment.read(setup)
 

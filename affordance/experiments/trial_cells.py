@@ -172,8 +172,8 @@ class Cells:
     ) -> list[float]:
         """Reads a column of numbers within bounds; empty cells are NaN.
 
-        Errors suggest a conversion where a value seems to be in ``small``, a smaller unit, which is the ``share`` of
-        ``unit``.
+        If a value is out of bounds and seems to be in ``small``, a smaller unit (``share`` times ``unit``), the error
+        suggests the conversion.
         """
         return [
             self._read_number(place, name, cell, Within(low, high), unit, small, share) if cell else math.nan
@@ -222,7 +222,7 @@ def _split(path: Path, text: str, delimiter: str, skipped: int) -> list[tuple[in
             if any(cells):
                 rows.append((number, cells))
             if len(rows) > _MOST_ROWS + 1:
-                raise BadValueError(path, "", f"has more than {_MOST_ROWS} rows, must have at most as many")
+                raise BadValueError(path, "", f"has more than {_MOST_ROWS} rows, must have at most that many")
     except csv.Error as error:
         raise BadValueError(path, f"row {number + 1}", f"is not a row of a table: {error}") from error
     return rows

@@ -185,7 +185,7 @@ def _check_participants(cells: Cells, rows: pd.DataFrame) -> None:
     if (number > _MOST_TRIALS).any():
         place = int((number > _MOST_TRIALS).to_numpy().argmax())
         name = rows["participant"].iloc[place]
-        problem = f"is {name!r}, who has more than {_MOST_TRIALS} trials, must have at most as many"
+        problem = f"is {name!r}, who has more than {_MOST_TRIALS} trials, must have at most that many"
         cells.refuse(place, "participant", problem)
 
 
@@ -200,8 +200,10 @@ def _list_presented(
         key = (name, None if math.isnan(mass) else mass, look)
         if key not in known:
             if len(known) == _MOST_PRESENTED:
-                problem = f"is another of more than {_MOST_PRESENTED} objects with a mass and look of their own"
-                cells.refuse(place, "object", f"{problem}, must be of at most as many")
+                problem = (
+                    f"exceeds the limit of {_MOST_PRESENTED} different objects; rows that give an object another"
+                )
+                cells.refuse(place, "object", f"{problem} mass or look count as different objects")
             known[key] = len(presented)
             presented.append(_present(cells, place, tools[name], *key[1:], materials))
         places.append(known[key])

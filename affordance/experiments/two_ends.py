@@ -163,7 +163,7 @@ def _mark_significant(count: int) -> Array:
 
 
 def contrast(shares: pd.DataFrame) -> pd.DataFrame:
-    """Contrasts learners with chance and with each other; fewest participants needed come first."""
+    """Contrasts learners with chance and with each other; sorts contrasts by the participants that they need."""
     rows = []
     for (name, lifts), own in shares[shares["measure"] != "agree"].groupby(["measure", "lifts"], sort=False):
         by_learner = dict(zip(own["learner"], own["share"], strict=True))
@@ -269,7 +269,7 @@ def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
 
 
 def tabulate_contrasts(contrasts: pd.DataFrame) -> pd.DataFrame:
-    """Tabulates contrasts between the right shares of two learners, or of one and chance."""
+    """Tabulates contrasts between the shares of right choices of two learners, or of one learner and chance."""
     titles = {"one": "learner", "other": "compared with", "share_one": "its share", "share_other": "other share"}
     shown = contrasts.assign(
         one=contrasts["one"].map(label_learner),

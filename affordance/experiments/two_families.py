@@ -92,7 +92,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists standard deviations between people; the ratio's is to first order, its parts as if independent."""
+    """Lists standard deviations between people; for the ratio, to first order, as if its forces were independent."""
     shares = [SPREADS[name].sd / means[name] for name in ("small_N", "large_N")]
     ratio = (means["large_N"] / means["large_weight_N"]) / (means["small_N"] / means["small_weight_N"])
     return {**SPREADS, "illusion": PeopleSpread(ratio * math.hypot(*shares), "calculated from the others")}

@@ -49,7 +49,7 @@ from affordance.vision.systems import predict_object
 
 NO_MEMORY = "in which nothing is felt"  # a lasting memory learns from what is felt only
 UNCOMMON, PATH = "tools/uncommon.yaml", "paths/mash.yaml"  # in the folder of models
-COVERAGE_FACTOR = 2.5  # objects for measuring coverage, per object for measuring accuracy: 500 for 200
+COVERAGE_FACTOR = 2.5  # ratio of the objects that measure coverage to those that measure accuracy: 500 to 200
 INTERVAL = 0.9  # probability of the mass interval whose coverage is tested
 TARGETS = {"visible axes": 0.03, "axis along the view": 0.08, "mass at true densities": 0.06}  # of median errors
 SHOWN, FAILURES_SHOWN = 5, 3  # numbers of detected objects and of failures whose pictures are shown

@@ -1,8 +1,9 @@
 """Simulation I (paper, IV-A): the weight of rods, after Mounoud and Bower (1974, Cognition 3:29-40).
 
-Rods of brass are put into the outstretched hand one after the other, from short to long, and held. Then follows a
-decoy that looks like brass but weighs far less. The felt joint torques update the belief about brass before the next
-object is seen. Expected: the arm drops less from rod to rod (figure 3), and lifts the decoy (figure 4).
+An observer, which is a simulated arm with a memory, holds brass rods in its outstretched hand, one after the other,
+from short to long. The last object is a decoy that looks like brass but weighs far less. The felt joint torques
+update the belief about the density of brass before the next object is seen. Expected: the arm drops less from rod to
+rod (figure 3), and lifts the decoy (figure 4).
 """
 
 from collections.abc import Mapping, Sequence
@@ -95,7 +96,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner, for ``affordance predict``."""
+    """Simulates the observers of every learner and computes the numbers of each, for ``affordance predict``."""
     tools = read(setup)
     return measure_learners(
         setup, lambda variant: measure(run_observers("weight", variant, observe, tools)), MEANINGS
@@ -137,7 +138,7 @@ def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[Mater
         tools: Objects, in order.
         observer: Number of the observer, from 0; it selects the random draws.
 
-    Returns: Memories before the first and after each trial, and the record of each trial.
+    Returns: Memories before the first trial and after each, and the record of each trial.
     """
     # The colour is known before anything is felt, so that "density" has a value before the first trial too.
     memory = setup.start_memory(observer).add_colours(list_colours(tools), setup.settings.prior)
@@ -187,7 +188,7 @@ def select_rods(data: xr.Dataset) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Computes the numbers of each observer; the last object is the decoy."""
+    """Computes each observer's numbers, such as drops, [m], which ``summarise`` averages; the decoy comes last."""
     rods, decoy = select_rods(data), data.isel(trial=-1)
     low, median, high = (rods.density.isel(quantile=k) for k in range(len(QUARTILES)))
     drop = np.maximum(0.0, -rods.height.min("time"))
@@ -266,7 +267,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
-    """Tabulates mass, drop and deviation of each rod, and the believed density before the first and after each."""
+    """Tabulates mass, drop and deviation of each rod, and the density believed before the first and after each."""
     rods = tools[:-1]
     columns = {
         "mass (kg)": ["", *(f"{mass:.2f}" for mass in n["mass_true"])],

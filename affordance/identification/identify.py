@@ -278,7 +278,10 @@ def _find_gains(
     if empty:
         return own
     # The signals include the load, which would be mistaken for larger gains.
-    source = f"assumed alike, each to 50 %, all to {100 * own.common_sd:g} % by {arm.source}; 2 % with a weighed load"
+    source = (
+        f"assumed to be alike, each uncertain by 50 % and all by {100 * own.common_sd:g} % in common, "
+        f"by the weight in {arm.source}; a weighed load would give 2 %"
+    )
     return replace(own.widen(), source=source)
 
 

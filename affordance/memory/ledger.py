@@ -93,7 +93,10 @@ class Ledger:
         self._connection.close()
 
     def append(self, trials: Sequence[TrialEvidence]) -> int:
-        """Adds all trials or, if one is invalid, none; trials that the ledger already has are skipped.
+        """Adds all trials or, if one is invalid, none.
+
+        A trial that the ledger already has is skipped, unless the new record of it is the earlier one, which replaces
+        the stored record.
 
         Args:
             trials: Evidence of the trials, in any order.
@@ -107,7 +110,7 @@ class Ledger:
         return self.add(trials).new
 
     def add(self, trials: Sequence[TrialEvidence]) -> Appended:
-        """Adds trials like ``append``, and also counts the records that an earlier one replaced."""
+        """Adds trials like ``append``; returns the numbers of new trials and of replaced records."""
         for i, trial in enumerate(check_kind("trials", trials, Sequence, "a list of TrialEvidence")):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
         unique = {trial.id: trial for trial in sorted(trials, key=get_precedence, reverse=True)}
@@ -184,7 +187,7 @@ class Ledger:
             return robots, objects
 
     def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
-        """Counts a robot's trials with a known arm that has none of these fingerprints."""
+        """Counts a robot's trials whose arm is known and has none of the given fingerprints."""
         ours = ("", *fingerprints)
         query = f"SELECT count(*) FROM trials WHERE robot = ? AND fingerprint NOT IN ({','.join('?' * len(ours))})"
         with self._reads():

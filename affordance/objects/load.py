@@ -299,8 +299,8 @@ def _add_strike(
     number, gap = find_struck_part([(part.shape, part.X_TE) for part in components], point, normal)
     if gap > PLANE_TOLERANCE:
         problem = (
-            f"is {1e3 * gap:.3g} mm from where any part ends along the normal, must be at most "
-            f"{1e3 * PLANE_TOLERANCE:g} mm: a striking face is on its part's convex hull"
+            f"is {1e3 * gap:.3g} mm from the nearest place where a part ends along the normal, must be at most "
+            f"{1e3 * PLANE_TOLERANCE:g} mm from it: a striking face is on its part's convex hull"
         )
         raise BadValueError(path, f"{key}.point", problem)
     part = components[number]

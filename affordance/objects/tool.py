@@ -118,7 +118,7 @@ class Tool:
         return {grip.name: self.gripped_by(grip) for grip in self.grips}
 
     def with_densities(self, densities: Mapping[Colour, float]) -> "Tool":
-        """Returns a tool of equal appearance with other densities, [kg/m^3], by visible colour."""
+        """Returns a tool that looks the same and has other densities, [kg/m^3], given by visible colour."""
         parts = (
             replace(part, material=replace(part.material, density=densities[part.looks_like.colour]))
             for part in self.components
@@ -126,7 +126,7 @@ class Tool:
         return replace(self, components=tuple(parts))
 
     def scaled(self, density: float, size: float) -> "Tool":
-        """Returns a tool without grips, with densities (up to DENSITY_MAX) and lengths multiplied by factors."""
+        """Returns the tool without its grips, with densities (at most DENSITY_MAX) and lengths times two factors."""
         parts = []
         for part in self.components:
             X_TE = np.array(part.X_TE)

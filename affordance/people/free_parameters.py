@@ -71,7 +71,7 @@ def list_free(learner: Learner, participant: Participant, names: Sequence[str] |
     if len(chosen) > _MOST_FREE:
         raise BadValueError("--free", "", f"has {len(chosen)} parameters, must have at most {_MOST_FREE}")
     if "push_error" not in chosen and not np.min(participant.push_error) > 0.0:
-        problem = "is 0, must be above 0, such as .2, as no push is exactly as a learner predicts; or let it be free"
+        problem = "is 0, must be above 0, such as .2 (no push is exactly what a learner predicts), or be in --free"
         raise BadValueError("--set", "participant.push_error", problem)
     return [_describe(name, learner, participant) for name in chosen]
 

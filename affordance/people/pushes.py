@@ -139,9 +139,7 @@ def _find_objects(
                 if value == "" or value != value:
                     cells.refuse(row, column, "is empty, must say what was lifted; or --objects names a file")
             if len(made) == _MOST_OBJECTS:
-                cells.refuse(
-                    row, "object", f"is another of more than {_MOST_OBJECTS} objects, the most that are built"
-                )
+                cells.refuse(row, "object", f"exceeds the limit of {_MOST_OBJECTS} different objects")
             numbers[key] = len(made)
             known = list(dict.fromkeys(each[3] for each in numbers))
             try:

@@ -80,11 +80,11 @@ class WeberNoise(CheckedFields):
     ] = False
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the number of elements of tau, tau_arm and Y."""
+        """Returns the number of features: the elements of tau, tau_arm and Y (see ``compute_features``)."""
         return num_joints * (2 + NUM_PARAMETERS)
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Concatenates tau, tau_arm and Y, flattened."""
+        """Concatenates measured torques tau, the arm's own torques tau_arm and the payload regressor Y, flattened."""
         return np.concatenate([tau, tau_arm, Y.ravel()])
 
     def compute_likelihood(
@@ -151,11 +151,11 @@ class WhiteNoise(CheckedFields):
     ] = 0.7
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the number of elements of Y^T Y, Y^T r and r^T r."""
+        """Returns the number of features: the elements of Y^T Y, Y^T r and r^T r (see ``compute_features``)."""
         return NUM_PARAMETERS**2 + NUM_PARAMETERS + 1
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Computes the terms of the normal equations: Y^T Y, Y^T r and r^T r with r = tau - tau_arm."""
+        """Computes the terms of the normal equations: Y^T Y, Y^T r and r^T r, with load torque r = tau - tau_arm."""
         residual = tau - tau_arm
         return np.concatenate([(Y.T @ Y).ravel(), Y.T @ residual, [residual @ residual]])
 

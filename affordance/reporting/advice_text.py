@@ -64,7 +64,7 @@ def describe_choice_of(advice: Ranking, question: AdviceQuestion) -> str:
     if better.p_best > best.p_best:
         parts.append(_describe_better(better, advice, question))
     elif advice.num_usable == 1 and len(advice.ranked) > 1:
-        parts.append(f"no other option is feasible with {100.0 * MIN_FEASIBILITY:g} %")
+        parts.append(f"no other option is feasible with a probability of {100.0 * MIN_FEASIBILITY:g} %")
     if question.reasons is not None:
         turns = [turn for turn in list_turns(question.reasons, question) if turn.probability >= _NOTABLE]
         parts += [_describe_turn(turn, advice, question) for turn in turns[:1]]
@@ -76,9 +76,9 @@ def _describe_better(better: RankedOption, advice: Ranking, question: AdviceQues
     name, p = _name(better.option, question), f"{better.p_best:.2f}"
     if better.infeasible_reason:
         only = "the only one" if advice.num_usable == 1 else "one"
-        feasible = f"{100.0 * MIN_FEASIBILITY:g} %"
-        return f"it is {only} that is feasible with {feasible}; {name} is best with {p}, but feasible with " + (
-            f"{better.p_feasible:.2f} only"
+        feasible = f"a probability of {100.0 * MIN_FEASIBILITY:g} %"
+        return f"it is {only} that is feasible with {feasible}; {name} is best with probability {p}, but " + (
+            f"feasible with probability {better.p_feasible:.2f} only"
         )
     how = "demands more if it is heavy" if advice.criterion.is_peak else "costs more on average"
     return f"{name} is best more often ({p}), but {how} ({_describe_cost(better, advice.criterion)})"
@@ -154,17 +154,17 @@ def _describe_reasons(advice: Ranking, question: AdviceQuestion) -> list[str]:
     against = f"Why {_name(best.option, question)} rather than {_name(rival.option, question)}:"
     shares = {name: share for name, share in sum_shares(reasons, question).items() if share >= _LEAST_SHARE}
     if not shares:
-        lines = [f"{against} no material's density affects the difference."]
+        lines = [f"{against} no material's density affects the difference in cost."]
     else:
         parts = [f"{_name_material(name)} ({_percent(share)})" for name, share in shares.items()]
-        lines = [f"{against} the uncertainty of their difference is due to the density of {' and '.join(parts)}."]
+        lines = [f"{against} their difference in cost is uncertain because of the density of {' and '.join(parts)}."]
     told = [turn for turn in list_turns(reasons, question) if turn.probability >= _LEAST_PROBABILITY]
     lines += [f"  {_capitalise(_describe_turn(turn, advice, question))}." for turn in told]
-    return lines if told else [*lines, "  No plausible density would change the choice by itself."]
+    return lines if told else [*lines, "  No plausible density of one material would change the choice by itself."]
 
 
 def _describe_turn(turn: Turn, advice: Ranking, question: AdviceQuestion) -> str:
-    side = "heavier" if turn.above else "lighter"
+    side = "denser" if turn.above else "less dense"
     other = _name(advice.ranked[turn.option].option, question)
     material = _name_material(question.names(turn.colour))
     return (

@@ -92,7 +92,7 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
     chain = _climb_limb(tree, tip, base)
     if chain.obstacle is not None:
         joint, problem = chain.obstacle
-        raise BadValueError(path, f"joint {joint.name()}", f"{problem}; it is on the chain")
+        raise BadValueError(path, f"joint {joint.name()}", f"{problem}; it is on the chain from base to tip")
     if not chain.joints:
         where = f"between it and {chain.base.name()}"
         raise BadValueError("--tip", "", f"is {tip_name!r}, with no revolute joint {where}")

@@ -122,7 +122,9 @@ def fit_objects(models: Path) -> TaskFit:
     if holding.load <= 1.0:
         return TaskFit(())
     too_heavy = (
-        f"{name_object(holding.object_name)} of {holding.mass:.2f} kg" if holding.object_name else "its own weight"
+        f"{name_object(holding.object_name)} of {holding.mass:.2f} kg"
+        if holding.object_name
+        else "the arm's own weight"
     ) + f" loads {holding.joint} with {100.0 * holding.load:.0f} % of its torque limit"
     for factor in _FACTORS:
         if measure_holding(models, factor).load <= _ENOUGH:

@@ -141,9 +141,9 @@ def _list_assumed(arm: ReducedArm) -> Iterator[str]:
         parts = filter(None, (shown, f"{rest} at 0" if rest else ""))
         yield f"{len(arm.frozen)} other joints are frozen: {'; '.join(parts)}"
     if free := [link.joint for link in arm.links if not (np.isfinite(link.lower) and np.isfinite(link.upper))]:
-        yield f"no position limit: {', '.join(free)}"
+        yield f"joints without a position limit: {', '.join(free)}"
     if fast := [link.joint for link in arm.links if not np.isfinite(link.velocity)]:
-        yield f"no velocity limit: {', '.join(fast)}"
+        yield f"joints without a velocity limit: {', '.join(fast)}"
     if bare := [link.joint for link in arm.links if link.rotor_inertia < _NO_ROTOR]:
         some = "every joint" if len(bare) == len(arm.links) else ", ".join(bare)
         gives = "set it with --rotor-inertia, for example --rotor-inertia 0.1 (kg m^2)"
@@ -153,9 +153,9 @@ def _list_assumed(arm: ReducedArm) -> Iterator[str]:
             some = "" if "" in given else f", for {', '.join(given)}"
             yield f"{kind} limits as given, not the file's{some}"
     if endless := [joint.name() for joint in arm.chain.joints if not arm.tree.note(joint).has_range]:
-        yield f"unlimited because their position limits are missing: {', '.join(endless)}"
+        yield f"joints taken as unlimited, because their position limits are missing: {', '.join(endless)}"
     if light := [link.name for link in arm.links if link.inertial.mass == 0.0]:
-        yield f"no mass, as in the file: {', '.join(light)}"
+        yield f"links without mass, as in the file: {', '.join(light)}"
 
 
 def list_dropped(arm: ReducedArm) -> Iterator[str]:

@@ -50,7 +50,7 @@ class Robot:
 
     @classmethod
     def load(cls, folder: StrPath = MODELS) -> "Robot":
-        """Opens the robot of a model folder; ``open_robot`` in robots.kept also opens robots' files.
+        """Opens the robot of a model folder; ``open_robot`` also opens a robot's own file.
 
         Raises:
             BadValueError: The path is not a folder, or the folder contains no arm.

@@ -186,7 +186,7 @@ def run_batches(
         first = min(failed)
         if kept:
             _LOG.warning(
-                "%s: %s %d of %d could not be run (%d in all); the %d others are kept",
+                "%s: %s %d of %d could not be run (%d failed in all); the results of the %d others are kept",
                 description,
                 unit,
                 first,

@@ -72,7 +72,7 @@ class Blow:
         if not all(rotor.default_rotor_inertia() > 0.0 for rotor in rotors):
             ways.append("the inertia of its rotors (import-arm --rotor-inertia)")
         ways = ways or ["a smaller depth_demanded", "a longer blow.duration"]
-        bound = f"must agree to {100.0 * FORCE_TOLERANCE:.0f} %"
+        bound = f"must agree with the demanded force to {100.0 * FORCE_TOLERANCE:.0f} %"
         return f"gives {self.force:.0f} N, {bound}; what may help: {' or '.join(ways)}"
 
 

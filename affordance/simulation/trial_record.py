@@ -39,8 +39,8 @@ class TrialRecord(NamedTuple):
         height_com: Height of the true centre of mass above its position at t = 0, (N,), [m].
         memory: Belief about all materials after the trial.
         log_evidence: Log of the prior predictive density of the measurements.
-        counts: Numbers of control periods in which a limit was active, and in which the solver found no plan. A plan
-            exists whatever the object weighs; ``overloaded`` shows whether the object can be held at all.
+        counts: Numbers of control periods in which a limit was active, and in which the solver found no plan. Plans
+            do not show whether the object can be held at all, because they exist for any weight; see ``overloaded``.
         p_value: Probability of measurements at least as surprising as these, under the belief before the trial.
         samples: Numbers of torque samples that were accepted, and that were rejected for each reason.
         overloaded: Names of the joints that are too weak to hold arm and object at rest at the start of the trial;

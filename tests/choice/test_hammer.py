@@ -186,7 +186,9 @@ def test_nail_out_of_reach_is_an_obstacle(hammer, own_model):
     far = dataclasses.replace(hammer, offset=(2.0, 0.0, -0.1))
     planned = far.build_cost(own_model, HELD["wood"].components, DEFAULT_SETTINGS)
     assert "no swing of 0.8 s within the joints' limits" in planned.infeasible_reason
-    assert planned.infeasible_reason.endswith("not even without limits of angle and rate: the nail is out of reach")
+    assert planned.infeasible_reason.endswith(
+        "nor does any swing without limits of angle and rate: the nail is out of reach"
+    )
     assert not planned.compute(PI["wood"][None]).feasible[0]
     with pytest.raises(AffordanceError, match="no swing"):
         plan_strike(planned, far, own_model, PI["wood"], DEFAULT_SETTINGS)

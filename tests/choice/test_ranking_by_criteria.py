@@ -98,7 +98,8 @@ def test_bounds_of_the_grip_take_part_in_feasibility():
     said = explain_failure(ranking, Keep(1.0), NOVICE, SETTINGS, bounds, rng)
     assert said.startswith(f"no tool can do the task; nearest is {name_gripped(nearest.option.name)}: ")
     assert re.search(
-        r"the grip must hold .* N m, --max-grip-moment allows .* N m; the task would be feasible with 0\.", said
+        r"the grip must hold .* N m, --max-grip-moment allows .* N m; the task would be feasible with a tool of 0\.",
+        said,
     )
 
 

@@ -72,7 +72,7 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path):
     text = _run(folder, *words, "--out", tmp_path, "--memory", place).out
     assert f"{place} learns nothing: no object seen by a camera was given (--object)" in " ".join(text.split())
     assert not place.exists()
-    assert "Mass of each half with gains from the other" in text
+    assert "Mass from each half of the run, with the gains of the other half" in text
     assert "set_target_payload(" in text
     assert "Assumed:" in text
     pictures = ("fit.png", "posteriors.png", "whiteness.png")

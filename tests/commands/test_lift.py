@@ -136,7 +136,7 @@ def test_file_of_data_runs_no_code(folder):
 
 def test_participants_of_experiments_whose_objects_are_held_are_refused():
     said = refuse_command("run", "weight", "--set", "participant.push_error=0.2")
-    problem = "changes nothing in weight, whose objects are held in simulations; it is for lifts"
+    problem = "has no effect on weight, in which objects are held; it applies to lifts only"
     assert said == f"affordance: --set: participant: {problem}"
 
 

@@ -80,7 +80,7 @@ def test_number_of_observers_is_that_of_the_command_line_then_of_the_experiment(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["vision"], "experiment: is 'vision', which uses one learner for all observers; run it once per --learner"),
+        (["vision"], "experiment: is 'vision', which uses one learner for all observers; use run once per --learner"),
         (["two_families", "--repeats", 1], "--repeats: is 1, must be at least 2"),
         (["two_families", "--set", "learner=density"], "--learner: has no effect on predict, which always simulates"),
         (["mine.yaml"], "experiment: is 'mine.yaml': experiments are now Python programs"),

@@ -193,20 +193,20 @@ def test_mistake_is_answered_with_its_row_and_column(read, text, said):
 @pytest.mark.parametrize(
     ("module", "name", "most", "said"),
     [
-        (trial_cells, "_MOST_ROWS", 2, "has more than 2 rows, must have at most as many"),
+        (trial_cells, "_MOST_ROWS", 2, "has more than 2 rows, must have at most that many"),
         (trial_cells, "_MOST_BYTES", 20, "MB, must have at most"),
         (trial_cells, "_MOST_COLUMNS", 3, "has 8 columns, must have at most 3"),
         (
             trials,
             "_MOST_TRIALS",
             1,
-            "row 3, participant: is 'P1', who has more than 1 trials, must have at most as many",
+            "row 3, participant: is 'P1', who has more than 1 trials, must have at most that many",
         ),
         (
             trials,
             "_MOST_PRESENTED",
             2,
-            "row 4, object: is another of more than 2 objects with a mass and look of their",
+            "row 4, object: exceeds the limit of 2 different objects; rows that give an object another",
         ),
         (trials, "_MOST_COLOURS", 0, "the objects: show 1 colours, must show at most 0"),
     ],

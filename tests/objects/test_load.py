@@ -275,9 +275,12 @@ def test_part_that_is_no_solid_is_refused(read, component, said):
     [
         (
             "point: [0.22, 0.045, 0], normal: [0, 1, 0]",
-            "is 5 mm from where any part ends along the normal, must be at most 0.2 mm",
+            "is 5 mm from the nearest place where a part ends along the normal, must be at most 0.2 mm from it",
         ),
-        ("point: [0.22, 0.05, 0.03], normal: [0, 1, 0]", " mm from where any part ends along the normal"),
+        (
+            "point: [0.22, 0.05, 0.03], normal: [0, 1, 0]",
+            " mm from the nearest place where a part ends along the normal",
+        ),
         ("point: [0.22, 0.05, 0], normal: [0, 0, 0]", "poll.normal: has a length of 0, must be at least 0.01"),
     ],
 )

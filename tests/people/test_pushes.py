@@ -96,4 +96,4 @@ def test_more_lifts_than_are_fitted_are_refused(tmp_path):
     assert said.endswith("participant: has 5001 lifts of P1, must have at most 5000 of each")
     many = "".join(f"P1,a{number},0.5,0.0004,4.5\n" for number in range(201))
     said = refuse(read_lifts, write(tmp_path, "participant,object,mass,size,force\n" + many))
-    assert "row 202, object: is another of more than 200 objects" in said
+    assert "row 202, object: exceeds the limit of 200 different objects" in said

@@ -146,7 +146,10 @@ def test_a_blow_that_misses_its_force_in_contact_is_not_done_and_a_way_out_is_na
         change_joint(models, joint, "</xyz>", "</xyz><dynamics><damping>1</damping></dynamics>")
     fit = fit_blow(models, describe_blow_fault)
     assert fit.changes == ()
-    assert re.match(r"asked for 427 N, the crooked stick by steel gives \d{3} N, must agree to 15 %", fit.lack)
+    assert re.match(
+        r"asked for 427 N, the crooked stick by steel gives \d{3} N, must agree with the demanded force to 15 %",
+        fit.lack,
+    )
     assert "import-arm --damping none" in fit.lack
 
 

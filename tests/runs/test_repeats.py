@@ -70,7 +70,7 @@ def test_one_of_a_batch_that_fails_takes_no_other_with_it(tmp_path, caplog):
     with pytest.raises(AffordanceError, match="cannot be answered"):
         run_batches(tmp_path, fail_at_one_of_all, repeats=5, jobs=1, description="test", at_once=5)
     assert [path.stem for path in sorted(tmp_path.iterdir())] == [f"repeat_0000{each}" for each in (0, 2, 3, 4)]
-    assert "observer 1 of 5 could not be run (1 in all); the 4 others are kept" in caplog.text
+    assert "observer 1 of 5 could not be run (1 failed in all); the results of the 4 others are kept" in caplog.text
 
 
 def fail_at_one(error, repeat):
@@ -83,7 +83,10 @@ def test_repeat_that_fails_takes_no_other_with_it(tmp_path, caplog):
     with pytest.raises(AffordanceError, match="cannot be answered"):
         run(tmp_path, functools.partial(fail_at_one, AffordanceError("cannot be answered")))
     assert [path.stem for path in sorted(tmp_path.iterdir())] == [f"repeat_0000{each}" for each in (0, 2, 3, 4)]
-    assert "test: observer 1 of 5 could not be run (1 in all); the 4 others are kept" in caplog.text
+    assert (
+        "test: observer 1 of 5 could not be run (1 failed in all); the results of the 4 others are kept"
+        in caplog.text
+    )
     with pytest.raises(AssertionError, match="repeat 1 was to be kept"):
         run(tmp_path, refuse)
 

@@ -207,7 +207,10 @@ def build_load(size):
         (lambda: Grip("end", make_pose(scale=2.0)), "X_TG: has axes of the lengths 2, 2, 2"),
         (lambda: Tool("nothing", ()), "components: is empty, must hold at least one Component"),
         (lambda: make_belief([[1.0, 0.5], [0.0, 1.0]]), "precision: is not symmetric, must be symmetric"),
-        (lambda: make_belief([[1.0, 2.0], [2.0, 1.0]]), "precision: is not positive definite, must be"),
+        (
+            lambda: make_belief([[1.0, 2.0], [2.0, 1.0]]),
+            "precision: is not positive definite, must be positive definite",
+        ),
         (lambda: make_belief([[1.0]]), r"precision: has the shape \(1, 1\), must have \(2, 2\)"),
         (lambda: make_belief(np.eye(2), [NAN, 0.0]), r"information_vector\[0\]: is nan, must be finite"),
         (lambda: DensityBelief.from_moments([1.0], [[0.0]]), "covariance: is singular, must be positive definite"),

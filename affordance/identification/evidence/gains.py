@@ -29,19 +29,22 @@ class Gains:
     Attributes:
         joint_names: Names of the joints.
         kind: Kind of the signal.
-        mean: Means of g and h = mu g of each joint, shape (n, 2), [unit of the signal per N m].
-        covariance: Covariance of g and h, joint by joint, shape (n, 2, 2).
+        mean: Means of each joint's gain g, and of h = mu g with the load friction mu, shape (n, 2), [unit of the
+            signal per N m].
+        covariance: Covariance of g and h for each joint, shape (n, 2, 2).
         common_sd: Relative standard deviation of a factor common to all gains.
-        friction: Means of c_C, c_v, c_0 of each joint, shape (n, 3), in the signal's unit.
+        friction: Means of each joint's Coulomb friction, viscous friction and offset, shape (n, 3), in the signal's
+            unit.
         friction_sd: Standard deviations of friction, shape (n, 3); None if friction was not calibrated, so that the
             prior of the signal's kind applies.
         least_variance: Long-run variance of the error in the calibration runs, shape (n,).
         source: Origin of the gains, in words.
         robot: Fingerprint of the arm that was calibrated; empty if unknown.
-        is_by_weight: True if the gains were estimated from the arm's own weight, with the errors of its file.
-        own_weight: Ratio of the own-weight signal in the empty run to the one that gain and robot's file predict, and
-            its relative error, shape (n, 2), NaN for joints that cannot be judged; None if unknown. The file's errors
-            are the same in every run, so a change of the ratio reveals another controller.
+        is_by_weight: True if the gains were estimated from the arm's own weight, and so share the errors of its file.
+        own_weight: Ratio of the signal for the arm's own weight in the empty run to the signal that gain and robot's
+            file predict, and the relative error of this ratio, shape (n, 2), NaN for joints that cannot be judged;
+            None if unknown. The file's errors are the same in every run, so a change of the ratio reveals another
+            controller.
 
     Example:
         >>> from affordance import Robot

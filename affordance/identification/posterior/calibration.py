@@ -112,7 +112,7 @@ def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings
         common_sd=settings.gain_common_sd,
         is_by_weight=True,
         least_variance=np.zeros(robot.num_joints),
-        source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} % each; by 2 % with a weighed load",
+        source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} % each; a weighed load would give 2 %",
     )
 
 

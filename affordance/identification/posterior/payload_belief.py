@@ -64,7 +64,8 @@ class PayloadBelief:
     Attributes:
         source: File of the run.
         analysis: Treatment of the empty arm, in words.
-        bodies: Weighted samples of the ten parameters about To, expressed in T, each physically consistent.
+        bodies: Weighted samples of the ten parameters (mass, first moment, moments and products of inertia about To,
+            expressed in T), each physically consistent.
         prior_bodies: Samples of the prior, shape (N, 10).
         channel_names: Names of the joints, or of the components of the wrench.
         unit: Unit of the signal.
@@ -77,10 +78,11 @@ class PayloadBelief:
         fit: Fit of the run, for figures and checks.
         calibration: Gains calibrated in this run with a weighed load; None if they come from elsewhere.
         reference_mass: Weighed mass of the load, [kg]; None if unknown.
-        halves: Check of that calibration with both halves of the run; None without one.
+        halves: Check of that calibration with both halves of the run; None without a calibration.
         seen: Posterior of the parts that a camera saw, with an updated memory; None without a camera.
         likelihood: Likelihood of the densities of those parts; None without a camera.
-        felt: Quadratic log likelihood of the ten parameters, without the unseen mass; None without a camera.
+        felt: Quadratic log likelihood of the ten parameters, without mass that the camera does not see; None without
+            a camera.
         p_value: Probability of a run at least as improbable if the object is what it looks like; None without a
             camera.
         doubts: Reasons not to trust the result, one sentence each; empty if there are none.
@@ -174,7 +176,7 @@ class PayloadBelief:
 
     @property
     def setting(self) -> PayloadSetting | None:
-        """Payload to set on a controller, without moments that the run did not show; None without a mass."""
+        """Payload to set on a controller, without moments that the run did not show; None if it shows no mass."""
         if self.hidden & set(QUANTITIES[MASS]):
             return None
         mean = self.marginals.mean
@@ -218,7 +220,7 @@ class PayloadBelief:
 
     @property
     def is_light(self) -> bool:
-        """True if the mass is known to be below most of what a hand could hold, though not how small it is."""
+        """True if the mass is known to be small compared with what a hand could hold, but not how small."""
         is_small = self.marginals.high90[0] < np.quantile(self.prior_bodies[:, 0], _LIGHT)
         return bool(is_small) and not self.hidden.isdisjoint(QUANTITIES[MASS])
 
@@ -236,7 +238,7 @@ class PayloadBelief:
 
     @cached_property
     def hidden_direction(self) -> Array | None:
-        """Direction along which held postures leave the centre of mass undetermined, shape (3,), or None."""
+        """Direction in T along which held postures leave the centre of mass undetermined, shape (3,), or None."""
         if not self.fit.evidence.is_at_rest or self.seen is not None:
             return None
         return find_hidden_direction(self.bodies.pi, self.bodies.weights, self.prior_bodies)

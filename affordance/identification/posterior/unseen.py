@@ -70,7 +70,7 @@ def describe_unseen(
             reason = "an arm at rest cannot show them, so they follow from the prior"
         elif share[worst] > UNSEEN:
             moves = "too few or too similar postures" if is_at_rest else "motion too slow or too short"
-            reason = f"{moves} to show, so the prior dominates"
+            reason = f"{moves} to show it, so the prior dominates"
             ranges = f"{ranges}, SD {100 * share[worst]:.0f} % of the prior's"
         elif part is MASS:
             reason = "little or nothing is held" if is_light else "no larger than the runs' errors"

@@ -185,7 +185,9 @@ def _open_sqlite(file: Path, bounds: _Bounds) -> Iterator[Storage]:
         def fetch(query: str) -> Iterator[Any]:
             for number, row in enumerate(database.execute(query)):
                 if number > most_rows:  # pages of a damaged file may refer to each other without end
-                    raise BadValueError(file, "", f"has more than {most_rows} rows, for which it is too small")
+                    raise BadValueError(
+                        file, "", f"has more than {most_rows} rows, more than a file of its size can contain"
+                    )
                 yield row
 
         topics = {i: (str(name), str(kind)) for i, name, kind in fetch("SELECT id, name, type FROM topics")}

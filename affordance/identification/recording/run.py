@@ -250,7 +250,7 @@ class Run:
         return len(own & others) / len(own)
 
     def select(self, rows: slice) -> "Run":
-        """Returns some rows of the run."""
+        """Returns the run with only the given samples."""
         given = {name: getattr(self, name) for name in ("times", "q", "signal", "v", "vdot", "rows")}
         return replace(self, **{name: values[rows] for name, values in given.items() if values is not None})
 
@@ -260,7 +260,7 @@ class Run:
         return BadValueError(self.source, f"row {number}, column {column}", problem)
 
     def check_rates(self, limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
-        """Checks that no joint turns too fast; the arguments are those of ``find_fault``.
+        """Checks joint speeds against ``limits``, (n,), [rad/s]; ``ranges`` are the angle limits, (2, n), [rad].
 
         Raises:
             BadValueError: A joint turns too fast.
