@@ -50,6 +50,9 @@ def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
     """Reads settings and lifts."""
     check_bounds(arguments)
     refuse_changes(arguments, ["learner"], "--learner selects the learner, and --free its fitted parameters")
+    spreads = ["participant.gain_spread", "participant.kappa_spread"]
+    refuse_changes(arguments, spreads, "fits are of single people, or of one value for all")
+    refuse_changes(arguments, ["point_estimate"], "fits use the most probable densities")
     for option, value, least in (("--draws", arguments.draws, 4), ("--particles", arguments.particles, 1)):
         if not least <= value <= 10_000:
             nearest = min(max(value, least), 10_000)

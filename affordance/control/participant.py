@@ -36,7 +36,7 @@ class Participant(CheckedFields):
         push_error: Standard deviation of a push divided by its mean; it affects only the push, not learning.
         gain: Push divided by the believed weight.
         gain_spread: Standard deviation of the logarithm of the gain between participants.
-        lapse: Probability that a push repeats that of the previous lift, whatever is seen; zero in the first lift.
+        lapse: Probability that a push is meant for the weight of the previous lift; zero in the first lift.
         kappa_spread: Standard deviation of the logarithm of kappa between participants, for learners that have it.
         heaviness_exponent: Exponent e of judged heaviness, felt (felt / predicted)^e, where felt is the felt weight
             and predicted the weight expected from the appearance.

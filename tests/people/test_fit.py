@@ -218,6 +218,12 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
         (["--chains", "0"], "--chains: is 0, must be from 1 to 16; the nearest is 1"),
         (["--of", "people"], "lifts.csv: --of: is 'people', must be"),
         (["--set", "learner.kappa=2"], "--set: learner.kappa: has no effect here"),
+        (
+            ["--set", "participant.kappa_spread=0.3"],
+            "--set: participant.kappa_spread: has no effect here: fits are of",
+        ),
+        (["--set", "participant.gain_spread=0.3"], "--set: participant.gain_spread: has no effect here"),
+        (["--set", "point_estimate=mean"], "--set: point_estimate: has no effect here: fits use the most probable"),
     ],
 )
 def test_what_cannot_be_fitted_is_refused_in_one_line(table, tmp_path, monkeypatch, words, said):
