@@ -115,8 +115,21 @@ class Watched:
 
     def read_rows(self) -> dict[str, str]:
         """Reads the lines beside the scene, by their heading."""
-        names, values = (self.page.locator(f"#panel {each}").all_text_contents() for each in ("dt", "dd"))
-        return dict(zip(names, values, strict=True))
+        headings, pair = (
+            "[...document.querySelectorAll('#panel dt')]",
+            "[each.textContent, each.nextSibling.textContent]",
+        )
+        # In one call, since lines may change between two.
+        rows: dict[str, str] = self.page.evaluate(f"() => Object.fromEntries({headings}.map(each => {pair}))")
+        return rows
+
+    def wait_for_row(self, name: str) -> str:
+        """Waits until there is a line with a heading beside the scene, and reads it."""
+        find = f"[...document.querySelectorAll('#panel dt')].find(each => each.textContent === '{name}')"
+        found: str = self.page.wait_for_function(
+            f"() => {find}?.nextSibling.textContent", timeout=40000.0
+        ).json_value()
+        return found
 
     @contextmanager
     def pull(self, pixels: float) -> Iterator[None]:
