@@ -78,7 +78,7 @@ def describe_memory(memory: MaterialMemory, names: Mapping[Colour, str]) -> list
         return []
     lows, highs = memory.belief.compute_percentiles([0.25, 0.75]) / 1000.0
     return [
-        (show_colour(colour), f"{names.get(colour, 'unnamed')}: {low:.1f} to {high:.1f} g/cm³")
+        (show_colour(colour), f"{names.get(colour, 'unnamed')}, by all holds: {low:.1f} to {high:.1f}")
         for colour, low, high in zip(memory.colours, lows, highs, strict=True)
     ]
 
