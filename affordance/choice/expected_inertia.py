@@ -43,7 +43,7 @@ class Expectation(NamedTuple):
 
     Attributes:
         whole: The whole object.
-        parts: Its parts, in the order of the tool's components.
+        parts: Parts of the tool, in the order of its components.
         surprises: Weighings that contradict the drawing and the materials.
 
     Example:

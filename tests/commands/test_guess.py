@@ -1,4 +1,4 @@
-"""What things look like they weigh: the same numbers in guess, rank and next, narrower with a memory."""
+"""Masses expected from looks: the same numbers in guess, rank and next, narrower with a memory."""
 
 import pytest
 from helpers.answers import answer

@@ -349,7 +349,7 @@ def test_weighing_narrows_what_the_grip_must_hold(club):
 
 
 def light(path):
-    """Writes the same tool without its mass beside it."""
+    """Writes a second tool file, in which the mass of the tool is missing."""
     return path.with_name("light.yaml").write_text(CLUB.replace("    mass: 1.2\n", ""))
 
 

@@ -1,4 +1,4 @@
-"""What a terminal shows: colours, elapsed time, and nothing of that elsewhere."""
+"""Colours and elapsed time are shown on a terminal, and not in a pipe or a file."""
 
 import io
 import time

@@ -159,7 +159,7 @@ def test_what_is_unavailable_is_left_out_in_one_line_and_the_rest_is_there(tmp_p
 
 
 def test_figures_of_a_former_run_are_not_shown(tmp_path):
-    """What this run did not draw is not in its section, even if a former run left it in the folder."""
+    """A figure that this run did not draw is not in its section, even if a former run left it in the folder."""
     folder = write(tmp_path)
     (folder / "seen.png").touch()
     write(tmp_path, figures={"line": ("A line.", fail)}, diagram=None)
@@ -298,7 +298,7 @@ def test_simulations_leave_a_diagram_and_a_replay(get_shipped, name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_observers_run_no_code_that_only_reports(get_shipped, name):
-    """What only reports is not in the key of an observer, so no observer may depend on it."""
+    """Code that only reports is not in the key of an observer, so no observer may run it."""
     entered = {
         Path(file).relative_to(MODELS.parent / "affordance").parts[0]
         for file in get_shipped(name).entered

@@ -114,7 +114,7 @@ class Watched:
         return state
 
     def read_rows(self) -> dict[str, str]:
-        """Reads the lines beside the scene, by their heading."""
+        """Reads the lines of the panel, by their heading."""
         headings, pair = (
             "[...document.querySelectorAll('#panel dt')]",
             "[each.textContent, each.nextSibling.textContent]",
@@ -124,7 +124,7 @@ class Watched:
         return rows
 
     def wait_for_row(self, name: str) -> str:
-        """Waits until there is a line with a heading beside the scene, and reads it."""
+        """Waits until the panel has a line with a heading, and reads it."""
         find = f"[...document.querySelectorAll('#panel dt')].find(each => each.textContent === '{name}')"
         found: str = self.page.wait_for_function(
             f"() => {find}?.nextSibling.textContent", timeout=40000.0
