@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.rendered_labels import render_labels
 from helpers.workshop import HAMMERS
 from pydrake.geometry import MeshcatVisualizer, Role, StartMeshcat
 from pydrake.multibody.tree import CalcSpatialInertia
@@ -12,7 +13,6 @@ from affordance.objects.drake_geometry import draw_mesh, make_drawn_shape
 from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.plant.load import add_arm
 from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor, present
-from studies.tools.seen import render_labels
 
 
 @pytest.mark.parametrize("name", HAMMERS)

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.bench_arm import write_bench
+from helpers.mujoco_parity import compare_with_mujoco
 from helpers.refusals import refuse
 
 from affordance.plant.arm_model import ArmModel
@@ -13,7 +14,6 @@ from affordance.robots.home import plant_arm
 from affordance.robots.importer import ImportOptions, extract_arm, read_arm
 from affordance.robots.kept import import_arm
 from affordance.robots.recorded_arm import load_robot
-from studies.files.mujoco_parity import compare_with_mujoco
 
 LINKS = ("s", "u", "f", "w1", "w2", "w3")
 SAME = [(f'joint name="j_{name}"', f'joint name="{name}"') for name in LINKS]

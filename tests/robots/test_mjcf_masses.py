@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 from helpers.bench_arm import write_bench
+from helpers.mujoco_parity import compare_with_mujoco
 from helpers.refusals import refuse
 
 from affordance.robots.importer import ImportOptions, read_arm
-from studies.files.mujoco_parity import compare_with_mujoco
 
 TIP = ImportOptions("flange")
 COMPILER = '<compiler angle="radian"/>'

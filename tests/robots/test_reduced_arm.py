@@ -1,11 +1,10 @@
 """The arm alone moves as it does in the whole robot."""
 
-import os
-import site
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.pinocchio_parity import compute_parity
 from helpers.refusals import refuse
 from helpers.robot_files import MJCF, SDF, write_urdf
 from pydrake.multibody.parsing import Parser
@@ -14,18 +13,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.home import plant_arm
 from affordance.robots.importer import ImportOptions, read_arm
-from studies.arms.parity import compute_parity
-from studies.arms.robots import ROBOTS, Robot, find_folder
 
 # Tolerance for rounding.
 EXACT = 1e-12
-
-
-def find_wheel() -> Path | None:
-    """Folder of the robots of example-robot-data: AFFORDANCE_ROBOTS, or that of the installed package."""
-    folders = [Path(os.environ["AFFORDANCE_ROBOTS"])] if "AFFORDANCE_ROBOTS" in os.environ else []
-    folders += [Path(folder) for folder in site.getsitepackages()]
-    return next((find_folder(folder) for folder in folders if (find_folder(folder) / ROBOTS[0].file).is_file()), None)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -123,12 +113,3 @@ def test_models_that_share_names_keep_what_is_theirs(tmp_path: Path) -> None:
     assert (first.links[-1].inertial.mass, second.links[-1].inertial.mass) == (0.5, 0.7)
     assert first.joint_names == second.joint_names == ["pan", "tilt", "bend"]
     assert "has more than once: other::grip, swinger::grip" in refuse(read_arm, path, ImportOptions("grip"))
-
-
-@pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
-def test_arms_of_the_wheel_agree_with_pinocchio(robot: Robot) -> None:
-    folder = find_wheel()
-    if folder is None:
-        pytest.skip("example-robot-data is neither installed nor where AFFORDANCE_ROBOTS says")
-    pytest.importorskip("pinocchio")
-    assert compute_parity(folder / robot.file, ImportOptions(robot.tip)).largest < 1e-9

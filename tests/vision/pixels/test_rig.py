@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from helpers.rendered_labels import render_labels
 from scipy.spatial.transform import Rotation
 
 from affordance.objects.inertia import Ellipsoid
@@ -7,7 +8,6 @@ from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool, find_box
 from affordance.vision.pixels.ellipsoid_fit import SeenEllipsoid, trace_rays
 from affordance.vision.pixels.rig import DEFAULT_RIG, LAMPS, build_rig_diagram, compute_shading, render
-from studies.tools.seen import render_labels
 
 RED = Material("red", (0.8, 0.2, 0.1), 1000.0, 0.0, "made up")
 BLUE = Material("blue", (0.1, 0.3, 0.9), 2000.0, 0.0, "made up")

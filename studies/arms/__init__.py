@@ -1,1 +1,0 @@
-"""Study that tests the paper's claims on the arms of many robots."""

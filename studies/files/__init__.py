@@ -1,1 +1,0 @@
-"""Study of robots' description files: imports every file in a folder and records what happens."""

@@ -1,1 +1,0 @@
-"""Study of real tools: inertia from meshes, first touch, vision, others' records, and which end to hold."""
