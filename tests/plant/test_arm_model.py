@@ -1,10 +1,10 @@
 import numpy as np
 import pinocchio
 import pytest
+from helpers.peer_arms import build_pinocchio
 
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
-from studies.speed.peer_arms import build_pinocchio
 
 # Where Pinocchio keeps our parameters: its order is m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz.
 FROM_PINOCCHIO = [0, 1, 2, 3, 4, 6, 9, 5, 7, 8]

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pinocchio
+from helpers.peer_arms import build_pinocchio, build_toolbox_arm
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.plant.load import add_arm
 from affordance.settings import DEFAULT_SETTINGS, Integrator
-from studies.speed.peer_arms import build_pinocchio, build_toolbox_arm
 
 
 def test_dynamics_agree_with_pinocchio(model, rng):

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pinocchio
 import pytest
+from helpers.peer_arms import build_pinocchio, read_grip
 from helpers.seen_objects import BLUE, ONE_MATERIAL, RED, TWO_MATERIALS, detect_parts
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
@@ -21,7 +22,6 @@ from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise, draw_acceleration_error
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.systems import MaterialMemorySystem
-from studies.speed.peer_arms import build_pinocchio, read_grip
 
 PRIOR, NOISE = DEFAULT_SETTINGS.prior, DEFAULT_SETTINGS.noise
 NOTHING, NOWHERE = np.zeros(7), np.zeros(14)

@@ -3,6 +3,7 @@ import dataclasses
 import numpy as np
 import pinocchio
 import pytest
+from helpers.peer_arms import build_pinocchio, read_grip
 from helpers.two_tools import STICK
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
@@ -14,7 +15,6 @@ from affordance.files.model_folder import MODELS
 from affordance.plant.arm_model import ArmModel
 from studies.robustness.inverse_dynamics import InverseDynamics
 from studies.robustness.optimal_swing import SwingSearch, measure_motion
-from studies.speed.peer_arms import build_pinocchio, read_grip
 
 HELD = STICK.gripped_by(STICK.grips[0])
 PI = HELD.parameters

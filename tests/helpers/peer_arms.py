@@ -1,4 +1,4 @@
-"""Builds this project's arm in two other dynamics libraries, from models/arm.sdf without Drake; tests use it too."""
+"""Builds this project's arm in two other dynamics libraries, from models/arm.sdf without Drake."""
 
 from typing import NamedTuple
 from xml.etree import ElementTree

@@ -1,0 +1,307 @@
+"""Measures speed as ratios to other programs and to brute force, and prints one table: ``make bench``.
+
+Everything runs in one process with one thread. Compare ratios, because times change with the machine and its load.
+Two ways to do the same are timed in turns, so that the load affects both alike.
+"""
+
+import os
+import time
+from collections.abc import Callable
+
+# Before NumPy is imported: matrices here are small, and threads would wait for each other.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+import pinocchio
+from pydrake.solvers import MathematicalProgram, OsqpSolver, SolverOptions
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.controllers import InverseDynamicsController
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, ZeroOrderHold
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.learner import Learner
+from affordance.belief.learners import LEARNERS
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.hammer import plan_strike
+from affordance.choice.inner_simulation import plan_choice
+from affordance.choice.listed_options import list_options
+from affordance.choice.motion_cost import Costs
+from affordance.choice.picking import pick_cheapest
+from affordance.control.hold import Hold
+from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
+from affordance.control.problem import TerminalGoal, compute_responses
+from affordance.control.strike import Strike
+from affordance.experiments import experience, hammer, linear, reach, weight
+from affordance.experiments.observers import Setup
+from affordance.objects.tool import Tool, list_colours, list_densities
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.chain_plant import build_chain
+from affordance.plant.load import add_arm, load_arm
+from affordance.reporting.formatting import tabulate
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulation.rollout import roll_out
+from affordance.simulation.static_lifts import StaticLifter
+from affordance.simulation.trial import TrialRunner
+
+SETTINGS = DEFAULT_SETTINGS
+# Row of the table: what is measured, what it is compared with, and the result.
+type Row = list[str]
+
+
+def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int = 1) -> list[float]:
+    """Times functions in turns; returns the median over turns of the mean time per call of each, [s]."""
+    times: list[list[float]] = [[] for _ in calls]
+    for call in calls:
+        call()
+    for _ in range(turns):
+        for own, call in zip(times, calls, strict=True):
+            start = time.perf_counter()
+            for _ in range(calls_per_turn):
+                call()
+            own.append((time.perf_counter() - start) / calls_per_turn)
+    return [float(np.median(own)) for own in times]
+
+
+def build_cpp_hold(tool: Tool, density: float) -> Callable[[], object]:
+    """Builds a hold with Drake's controller in C++, of the same gains and belief; returns a function that runs it."""
+    builder, T = DiagramBuilder(), SETTINGS.mpc.horizon
+    arm, believed = add_arm(builder, SETTINGS.arm), load_arm(SETTINGS.arm)
+    context = believed.plant.CreateDefaultContext()
+    believed.set_payload(context, tool.parameters * density / tool.components[0].material.density)
+    one = np.ones(arm.num_joints)
+    gains = 6.0 / T**2 * one, 0.0 * one, 4.0 / T * one  # of minimum angular acceleration in continuous time
+    control = builder.AddSystem(InverseDynamicsController(believed.plant, *gains, False, context))
+    rest = np.concatenate([arm.home, 0.0 * one])
+    goal = builder.AddSystem(ConstantVectorSource(rest))
+    held = builder.AddSystem(ZeroOrderHold(SETTINGS.control_period, arm.num_joints))
+    builder.Connect(arm.plant.GetOutputPort("state"), control.GetInputPort("estimated_state"))
+    builder.Connect(goal.get_output_port(), control.GetInputPort("desired_state"))
+    builder.Connect(control.GetOutputPort("generalized_force"), held.get_input_port())
+    builder.Connect(held.get_output_port(), arm.plant.GetInputPort("actuation"))
+    for port in ("state", "net_actuation"):
+        LogVectorOutput(arm.plant.GetOutputPort(port), builder, SETTINGS.log_period)
+    diagram = builder.Build()
+
+    def run(keep_alive: object = believed) -> None:
+        root = diagram.CreateDefaultContext()
+        own = arm.plant.GetMyMutableContextFromRoot(root)
+        arm.set_payload(own, tool.parameters)
+        arm.plant.SetPositionsAndVelocities(own, rest)
+        simulator = Simulator(diagram, root)
+        ApplySimulatorConfig(SETTINGS.integrator.free, simulator)
+        simulator.Initialize()
+        simulator.AdvanceTo(weight.DURATION)
+
+    return run
+
+
+def measure_loop() -> list[Row]:
+    """Compares the closed loop with a hold in C++, on the trials of Simulation I."""
+    tools, runner = weight.read(Setup()), TrialRunner(SETTINGS)
+    learned = 0.97 * tools[0].components[0].material.density  # close to the belief after one or two trials
+    total = np.zeros(2)
+    for number, tool in enumerate(tools):
+        density = learned if number else SETTINGS.prior.mode
+        belief = DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density]))
+        memory = MaterialMemory.from_belief(list_colours([tool]), belief)
+
+        def hold(tool: Tool = tool, memory: MaterialMemory = memory) -> None:
+            runner.run_hold(tool, memory, duration=weight.DURATION, seed=(0,))
+
+        total += time_in_turns(build_cpp_hold(tool, density), hold, turns=9)
+    hertz = f"{1.0 / SETTINGS.control_period:.0f} Hz"
+    return [
+        [f"closed loop at {hertz}", "the same plant, held in C++", f"{total[0] / total[1]:.2f} of its speed"],
+        [f"closed loop at {hertz}", "real time", f"{len(tools) * weight.DURATION / total[1]:.0f} times"],
+    ]
+
+
+def measure_mpc() -> list[Row]:
+    """Compares a control period with the algebra alone, and, where limits are active, with OSQP."""
+    arm, rng = load_arm(), np.random.default_rng(0)
+    model, hold, mpc, n = (
+        ArmModel(arm),
+        Hold(arm.home),
+        MinimumAccelerationMpc(arm.limits, SETTINGS.mpc),
+        arm.num_joints,
+    )
+    angle, rate = (np.kron(response, np.eye(n)) for response in compute_responses(SETTINGS.mpc))
+    G, T = np.vstack([angle[-n:], rate[-n:]]), SETTINGS.mpc.horizon
+    states = [np.concatenate([arm.home + 0.01 * rng.normal(size=n), 0.02 * rng.normal(size=n)]) for _ in range(100)]
+    goal = hold.compute_goal(model, states[0], 0.0, 0.24)
+
+    def find_missing(x: Array, goal: TerminalGoal) -> Array:
+        return np.concatenate([goal.d_q - x[:n] - T * x[n:], goal.d_v - x[n:]])
+
+    def solve_algebra() -> None:
+        for x in states:
+            G.T @ np.linalg.solve(G @ G.T, find_missing(x, goal))
+
+    def control(states: list[Array]) -> None:
+        for x in states:
+            model.set_state(x)
+            mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
+
+    def build_program(x: Array, goal: TerminalGoal) -> MathematicalProgram:
+        """Builds what suits OSQP best: accelerations only, with hard goal and limits; it is not always feasible."""
+        program, limits, steps = MathematicalProgram(), arm.limits, len(angle) // n
+        vdot = program.NewContinuousVariables(len(angle))
+        program.AddQuadraticCost(2.0 / steps * np.eye(len(angle)), np.zeros(len(angle)), vdot, is_convex=True)
+        drift = x[:n] + np.arange(1, steps + 1)[:, None] * T / steps * x[n:]
+        low, high = np.tile(-limits.v_max - x[n:], steps), np.tile(limits.v_max - x[n:], steps)
+        motion: Array = np.vstack([angle, rate])
+        low, high = (
+            np.concatenate([(q - drift).ravel(), v]) for q, v in ((limits.q_lower, low), (limits.q_upper, high))
+        )
+        program.AddLinearConstraint(motion, low, high, vdot)
+        program.AddLinearEqualityConstraint(G, find_missing(x, goal), vdot)
+        bias, M = model.compute_inverse_dynamics(np.zeros(n)), model.compute_mass_matrix()
+        program.AddLinearConstraint(M, -limits.tau_max - bias, limits.tau_max - bias, vdot[:n])
+        return program
+
+    options = SolverOptions()
+    for name, value in (("eps_abs", 1e-6), ("eps_rel", 1e-6), ("max_iter", 20_000)):
+        options.SetOption(OsqpSolver.id(), name, value)
+    limited: list[Array] = []
+    programs: list[MathematicalProgram] = []
+    while len(limited) < 40:
+        x = np.concatenate([arm.home + 0.2 * rng.normal(size=n), 1.5 * rng.normal(size=n)])
+        model.set_state(x)
+        at = hold.compute_goal(model, x, 0.0, 0.24)
+        if mpc.solve(x, at, model).status is MpcStatus.LIMITED:
+            program = build_program(x, at)
+            if OsqpSolver().Solve(program, None, options).is_success():
+                limited.append(x)
+                programs.append(program)
+
+    def solve_osqp() -> None:
+        for program in programs:
+            OsqpSolver().Solve(program, None, options)
+
+    algebra, free = time_in_turns(solve_algebra, lambda: control(states), turns=21, calls_per_turn=5)
+    ours, osqp = time_in_turns(lambda: control(limited), solve_osqp, turns=7)
+    return [
+        [
+            "control step, no limit active",
+            "closed form, factorised at every step",
+            f"{free / algebra:.1f} times its time",
+        ],
+        ["control step, limits active", "OSQP at 1e-6, on stored programs", f"{ours / osqp:.2f} of its time"],
+    ]
+
+
+def measure_regressor() -> list[Row]:
+    """Compares the payload regressor of 300 samples with Pinocchio, which has no regressor for a single body."""
+    chain, other = build_chain(load_arm()), pinocchio.Model()
+    for number in range(chain.num_joints):
+        joint = pinocchio.JointModelRevoluteUnaligned(chain.axes[number])
+        place = pinocchio.SE3(chain.R_PF[number], chain.p_PF[number])
+        other.addJoint(number, joint, place, chain.joint_names[number])
+    data = other.createData()
+    q, v, vdot = np.random.default_rng(0).normal(size=(3, 300, chain.num_joints))
+
+    def loop() -> None:
+        for row in zip(q, v, vdot, strict=True):
+            pinocchio.computeJointTorqueRegressor(other, data, *row)
+
+    ours, theirs = time_in_turns(
+        lambda: chain.compute_payload_regressors(q, v, vdot), loop, turns=21, calls_per_turn=5
+    )
+    return [["payload regressor, 300 samples", "Pinocchio's, C++, in a loop", f"{ours / theirs:.2f} of its time"]]
+
+
+def measure_strike() -> list[Row]:
+    """Measures the time to simulate a blow by either grip of the stick, while tool and nail may touch."""
+    _, (stick, *_), task = hammer.read(Setup())
+    memory = MaterialMemory.from_densities(list_densities([stick]))
+    model, runner, seconds, contact = ArmModel(load_arm()), TrialRunner(SETTINGS), [], 0.0
+    for tool in stick.list_gripped().values():
+        costs = task.build_cost(model, tool.components, SETTINGS)
+        planned = plan_strike(costs, task, model, tool.parameters, SETTINGS)
+        strike = Strike(planned.swing, planned.placement, SETTINGS.control_period)
+        trial = runner.get_diagram(strike.compute_duration(SETTINGS.mpc.horizon), tool, planned.placement)
+        simulator = runner.prepare(trial, tool, strike, memory, (0,))
+        touch, leave = strike.contact
+        contact = leave - touch
+        simulator.AdvanceTo(touch)
+        config = SETTINGS.integrator.contact
+        config.start_time = touch
+        for _ in range(5):
+            own = Simulator(trial.diagram, simulator.get_context().Clone())
+            ApplySimulatorConfig(config, own)
+            start = time.perf_counter()
+            own.AdvanceTo(leave)
+            seconds.append(time.perf_counter() - start)
+    return [[f"{1e3 * contact:.0f} ms of a blow in contact", "", f"{np.median(seconds):.2f} s"]]
+
+
+def measure_decisions() -> list[Row]:
+    """Compares choices of the stick's grip for reaching by inner simulation with simulations of both grips.
+
+    Half of the densities are drawn before, half after an observer's first hold, so that they include near ties.
+    """
+    setup, count, many = Setup(), 100, 10_000
+    held, (tool, *_), task = reach.read(setup)
+    start = time.perf_counter()
+    choice = plan_choice(list_options(tool), task, setup.settings)
+    planning = time.perf_counter() - start
+    _, (before, after, *_), _ = experience.hold(setup, held, 0)
+    rng = np.random.default_rng(0)
+    beliefs = [memory.belief.add_object_variation(setup.settings.prior.deviation) for memory in (before, after)]
+    rho = np.vstack([belief.draw_samples(rng, count // 2) for belief in beliefs])
+    start = time.perf_counter()
+    work, feasible = np.empty((2, count)), np.empty((2, count), dtype=bool)
+    for k, densities in enumerate(rho):
+        known = dict(zip(list_colours(held), map(float, densities), strict=True))
+        for place, own in enumerate(tool.list_gripped().values()):
+            motion = roll_out(own, task, known, setup.settings)
+            work[place, k], feasible[place, k] = motion.work, motion.error <= task.path.tolerance
+    brute = (time.perf_counter() - start) / count
+    planned = choice.compute_costs(choice.compute_parameters(before, rho))
+    full = Costs(work, np.full_like(work, np.nan), feasible, work)
+    one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (planned, full))
+
+    def decide() -> None:
+        pick_cheapest(choice.compute_costs(choice.draw_parameters(before, rng, many)), rng)
+
+    (fast,) = time_in_turns(decide, turns=7)
+    ratio = f"{many * brute / (fast + planning):,.0f} times as fast; same choice in {np.sum(one == other)} of {count}"
+    return [[f"{many:,} choices of a grip, with planning", "simulating both grips", ratio]]
+
+
+def measure_observers() -> list[Row]:
+    """Compares lifts of the first objects of Linear++ by 1,000 observers as arrays with the same one by one."""
+    return [_time_lifts(learner) for learner in LEARNERS.values()]
+
+
+def _time_lifts(learner: Learner) -> Row:
+    setup, count = Setup().change(learner=learner), 1000
+    tools = linear.read("linear_plus_plus", setup)
+    lifter = StaticLifter(tools, setup.settings)
+    order = np.array([*range(len(tools) - 1)] * 4 + [len(tools) - 1] * 2)
+    errors = lifter.draw_errors([(0, number) for number in range(count)], len(order))
+
+    def lift(observers: range) -> None:
+        own = [(0, number) for number in observers]
+        objects = np.repeat(order[:, None], len(own), axis=1)
+        lifter.run(objects, lifter.start(own), errors[:, observers.start : observers.stop], own)
+
+    def lift_ten() -> None:
+        for number in range(10):
+            lift(range(number, number + 1))
+
+    at_once, ten = time_in_turns(lambda: lift(range(count)), lift_ten, turns=5)
+    ratio = f"{0.1 * count * ten / at_once:.0f} times as fast"
+    return [f"lifts of {count:,} observers as arrays, {learner.name}", "the same one by one", ratio]
+
+
+def main() -> None:
+    """Prints the table."""
+    rows = [["what is measured", "compared with", "result"], *measure_loop(), *measure_mpc(), *measure_regressor()]
+    print("\n".join(tabulate([*rows, *measure_strike(), *measure_decisions(), *measure_observers()])))
+
+
+if __name__ == "__main__":
+    main()
