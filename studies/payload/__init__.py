@@ -1,1 +1,1 @@
-"""Study of identification from simulated payloads with known truth, and a comparison with other methods."""
+"""Study of identified payloads, on simulated recordings whose truth is known and on recordings of two robots."""

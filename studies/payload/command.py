@@ -1,44 +1,33 @@
-"""``affordance study payload``: coverage and mistakes on simulated payloads, or methods and mistakes on recordings.
+"""``affordance study payload``: how far identified payloads can be trusted.
 
-With ``--data`` it compares other methods on the development recordings, and measures how large a mistake can be
-without being noticed.
+Without options it identifies simulated loads, whose truth is known. With ``--data`` it reads recordings that others
+published: of a UR10e that holds a weighed load, and of a Panda, to whose torques payloads are added.
 """
 
 import argparse
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from affordance.arguments import check_whole
+from affordance.arguments import REPEATS, check_whole
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
-from affordance.files.constraints import Whole
-from affordance.identification.identify import Runs, identify
-from affordance.identification.settings import DEFAULT_SETTINGS
+from affordance.identification.settings import IdentificationSettings
+from studies.payload.clones import UR10E_LOAD, PandaData, Ur10eData, load_panda, load_ur10e
 from studies.payload.coverage import GROUPS, SHARES, CoverageConfig, run_load, tabulate
 from studies.payload.errors import ARMS
-from studies.payload.mistakes import list_rows as list_mistakes
-from studies.payload.mistakes import measure_blind_bands
-from studies.payload.peers import compare
-from studies.payload.peers import list_rows as list_peers
-from studies.payload.simulated_mistakes import MistakesConfig, list_mistake_rows, run_mistakes, tabulate_mistakes
-from studies.recorded.clones import UR10E_LOAD, load_ur10e
-from studies.recorded.mistake_outcomes import Case
-from studies.study import Findings, Study, Work, add_only, print_table, run_kept
-
-_NUM_WINDOWS = 100  # number of payloads injected into windows of the Panda's recording
-_MOST_PAIRS = Whole(0, 10_000)
-_FEW = 2000  # number of samples that is enough for a verdict
+from studies.payload.panda import study_panda
+from studies.payload.ur10e import study_ur10e
+from studies.study import Findings, Study, Work, add_only, format_table, run_kept
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add_repeats(parser, 400, "simulated loads of each robot; not used with --data")
-    what = "number of simulated pairs of each robot in which mistakes are made; not used with --data (default 8)"
-    parser.add_argument("--mistakes", type=int, default=8, metavar="N", help=what)
-    what = "folder with clones, as for study recorded: compare methods and make mistakes in these recordings instead"
+    what = "identify loads in recordings instead; folder with the clones, named like the repositories"
     parser.add_argument("--data", type=Path, metavar="DIR", help=what)
+    what = "number of payloads for each length of window, with --data (default 200)"
+    parser.add_argument("--injections", type=int, default=200, metavar="N", help=what)
     add_only(parser, ARMS, "robots")
     add_seed(parser)
     add_jobs(parser)
@@ -46,29 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the simulated loads of each robot, or the comparison on recordings."""
-    check_whole("--mistakes", arguments.mistakes, _MOST_PAIRS)
-    return partial(_work if arguments.data is None else _compare, arguments)
+    """Plans the simulated loads; or reads all recordings, so that a missing clone is reported at once."""
+    check_whole("--injections", arguments.injections, REPEATS)
+    if arguments.data is None:
+        return partial(_simulate, arguments)
+    return partial(_read, arguments, load_ur10e(arguments.data), load_panda(arguments.data))
 
 
-def _compare(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
-    """Compares methods on recordings, then makes mistakes in the UR10e's pair."""
-    peers = compare(arguments.data, _NUM_WINDOWS, arguments.seed)
-    header = ["recording", "method", "rms error (g)", "stated 90 % (g)", "inside", "CPU (s)"]
-    print_table(header, list_peers(peers))
-    recorded = load_ur10e(arguments.data)
-    settings = replace(DEFAULT_SETTINGS, num_samples=_FEW, seed=arguments.seed)
-    runs = Runs(recorded.loaded, (recorded.empty,))
-    gains = identify(recorded.robot, runs, reference_mass=UR10E_LOAD, settings=settings).calibration
-    case = Case(recorded.robot, recorded.empty, recorded.loaded, UR10E_LOAD, gains=gains)
-    mistakes = measure_blind_bands(case, settings)
-    header = ["mistake", "unnoticed sizes", "largest effect: size, mass", "noticed from size"]
-    print_table(header, list_mistakes(mistakes))
-    numbers = {"peers": peers, "mistakes": mistakes}
-    yield Findings(numbers, details=numbers)
-
-
-def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
+def _simulate(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
     numbers: dict[str, Any] = {}
     for arm in arguments.only or ARMS:
         found = run_kept(
@@ -82,20 +56,35 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
         )
         numbers[arm] = tabulate(found)
         _print_coverage(arm, numbers[arm])
-        if arguments.mistakes:
-            made = run_kept(
-                MistakesConfig(arm, arguments.seed),
-                run_mistakes,
-                folder,
-                [ARMS[arm].robot],
-                repeats=arguments.mistakes,
-                jobs=arguments.jobs,
-                description=f"payload: mistakes, {arm}",
-            )
-            numbers[arm]["mistakes"] = tabulate_mistakes(made)
-            header = ["mistake", "size", "unnoticed", "median effect on the mass if unnoticed"]
-            print_table(header, list_mistake_rows(numbers[arm]["mistakes"]))
-        yield Findings(numbers, details=numbers)
+        yield Findings(numbers)
+
+
+def _read(arguments: argparse.Namespace, pair: Ur10eData, panda: PandaData, folder: Path) -> Iterator[Findings]:
+    settings = IdentificationSettings(seed=arguments.seed)
+    numbers = {"ur10e": study_ur10e(pair, settings)}
+    _print_table(
+        [f"UR10e, load of {UR10E_LOAD:g} kg, analysed with", "mass (kg)", "SD (g)"], _list_ur10e(numbers["ur10e"])
+    )
+    numbers["panda"] = study_panda(panda, settings, num_injections=arguments.injections, seed=arguments.seed)
+    header = ["Panda, windows of (s)", "90 % coverage: mass", "centre of mass", "moments", "rms error (g)", "SD (g)"]
+    _print_table(header, [_list_panda(name, found) for name, found in numbers["panda"].items()])
+    yield Findings({**numbers, "injections": arguments.injections, "seed": arguments.seed})
+
+
+def _list_ur10e(n: Mapping[str, Any]) -> list[list[str]]:
+    rows = [
+        ("gains from the second half, mass of the first", n["half_mass_kg"][0], n["half_sd_kg"][0]),
+        ("gains from the first half, mass of the second", n["half_mass_kg"][1], n["half_sd_kg"][1]),
+        ("an arm fitted to the empty run, gains from the pair", n["unpaired_mass_kg"], n["unpaired_mass_sd_kg"]),
+        ("gains from the arm's weight in its file", n["by_arm_weight_mass_kg"], n["by_arm_weight_mass_sd_kg"]),
+    ]
+    return [[name, f"{mass:.3f}", f"{1e3 * sd:.0f}"] for name, mass, sd in rows]
+
+
+def _list_panda(name: str, found: Mapping[str, float]) -> list[str]:
+    shares = [f"{found[f'coverage_{quantity}']:.3f}" for quantity in ("mass", "com", "moments")]
+    white = f"{name.removeprefix('white_')}, errors taken for white" if name.startswith("white_") else name
+    return [white, *shares, f"{found['rmse_mass_g']:.0f}", f"{found['median_sd_mass_g']:.0f}"]
 
 
 def _print_coverage(arm: str, table: dict[str, Any]) -> None:
@@ -107,9 +96,9 @@ def _print_coverage(arm: str, table: dict[str, Any]) -> None:
             shown = [" ".join(f"{c['share']:.2f}{'*' * c['is_low']}" for c in cells[name]) for name in GROUPS]
             number = str(cells["mass"][0]["number"])
             rows.append(["all loads" if factor == "all" else f"{factor}: {level}", number, *shown])
-    print_table([f"coverage at {', '.join(f'{s:g}' for s in SHARES)}", "loads", *GROUPS], rows)
+    _print_table([f"coverage at {', '.join(f'{s:g}' for s in SHARES)}", "loads", *GROUPS], rows)
     header = ["root mean square error", "mass (g)", "centre of mass (mm)"]
-    print_table(
+    _print_table(
         header,
         [
             [f"{level}, {name}", f"{each['mass_g']:.0f}", " ".join(f"{x:.1f}" for x in each["com_mm"])]
@@ -119,4 +108,8 @@ def _print_coverage(arm: str, table: dict[str, Any]) -> None:
     )
 
 
-STUDY = Study("coverage of identified payloads on simulated recordings whose truth is known", add_arguments, plan)
+def _print_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    print(f"{format_table(header, rows)}\n", flush=True)
+
+
+STUDY = Study("coverage and errors of identified payloads, simulated or in published recordings", add_arguments, plan)

@@ -11,14 +11,12 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
-from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.identify import Runs, identify
 from affordance.identification.posterior.marginals import COM, MASS, MOMENTS, describe_bodies
 from affordance.identification.settings import DEFAULT_SETTINGS
 from studies.payload.errors import ARMS
-from studies.payload.recordings import Recordings, simulate
-from studies.recorded.peers import solve_least_squares
-from studies.recorded.solids import CLASSES
+from studies.payload.simulated import Recordings, simulate
+from studies.payload.solids import CLASSES
 
 SHARES = (0.5, 0.8, 0.9)
 # Quantities in column order: mass, coordinates of the centre of mass, and moments.
@@ -60,10 +58,9 @@ def run_load(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Simulates and identifies one load; classes of solids are taken in turn.
 
     Returns:
-        ``place``, the posterior probability of values below the truth; ``truth``, ``mean``, ``sd`` and
-        ``least_squares`` (with the same gains and load friction), in the order of QUANTITIES, (10,) each;
-        ``factors``; ``trusted``, 1 if there are no doubts; ``doubts`` in words; ``seconds`` of CPU. Results are NaN
-        if the recording was refused.
+        ``place``, the posterior probability of values below the truth; ``truth``, ``mean`` and ``sd``, in the order
+        of ``describe_bodies``, (10,) each; ``factors``; ``trusted``, 1 if there are no doubts; ``doubts`` in words;
+        ``seconds`` of CPU. Results are NaN if the recording was refused.
     """
     rng = np.random.default_rng((config.seed, sorted(ARMS).index(config.arm), repeat))
     names = tuple(CLASSES)
@@ -89,7 +86,7 @@ def _identify(drawn: Recordings, seed: int) -> dict[str, NDArray[Any]]:
     except AffordanceError as error:
         nothing = np.full(10, np.nan)
         return {
-            **dict.fromkeys(("place", "mean", "sd", "least_squares"), nothing),
+            **dict.fromkeys(("place", "mean", "sd"), nothing),
             "truth": truth,
             "trusted": np.array(np.nan),
             "seconds": np.array(time.process_time() - start),
@@ -97,15 +94,11 @@ def _identify(drawn: Recordings, seed: int) -> dict[str, NDArray[Any]]:
         }
     seconds = time.process_time() - start
     values, weights, marginals = describe_bodies(belief.bodies.pi), belief.bodies.weights, belief.marginals
-    robot = drawn.robot
-    gains = drawn.gains or build_nominal_gains(robot.joint_names, drawn.loaded.description.kind, settings)
-    solved = solve_least_squares(belief.fit.evidence, gains, with_load_friction=True).parameters
     return {
         "place": weights @ (values < truth) + 0.5 * weights @ (values == truth),
         "truth": truth,
         "mean": marginals.mean,
         "sd": marginals.sd,
-        "least_squares": describe_bodies(solved[None])[0],
         "trusted": np.array(float(belief.is_trusted)),
         "seconds": np.array(seconds),
         "doubts": np.array(" | ".join(belief.doubts)[:400]),
@@ -113,7 +106,7 @@ def _identify(drawn: Recordings, seed: int) -> dict[str, NDArray[Any]]:
 
 
 def tabulate(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Computes coverage for each level of each factor, and compares errors of means with those of least squares."""
+    """Computes coverage for each level of each factor, and compares errors of means with stated errors."""
     ran = np.isfinite(found["trusted"])
     place, levels = found["place"][ran], _list_levels(found["factors"][ran])
     num_cells = sum(len(each) for each in levels.values()) * len(SHARES) * 4
@@ -161,7 +154,7 @@ def _count(place: Array, share: float, num_cells: int) -> dict[str, Any]:
 
 
 def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
-    """Returns masks of the loads that belong to each level of each factor."""
+    """Returns masks of the loads that belong to each level of each factor; levels without loads are left out."""
     solid, paired, mass, length, speed, cable = factors.T
     levels = {"all": {"all": np.ones(len(factors), dtype=bool)}}
     levels["solid"] = {name: solid == number for number, name in enumerate(CLASSES)}
@@ -174,19 +167,18 @@ def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
             f"{second:g} and more": values >= second,
         }
     levels["cable"] = {"without": cable == 0.0, "with": cable > 0.0}
-    return levels
+    return {factor: {level: rows for level, rows in of.items() if rows.any()} for factor, of in levels.items()}
 
 
 def _compare_means(
     found: Mapping[str, NDArray[Any]], levels: Mapping[str, Mapping[str, NDArray[np.bool_]]]
 ) -> dict[str, Any]:
-    """Computes root mean square errors of mean and least squares, and stated errors, of mass and centre of mass."""
+    """Computes root mean square errors of the means, and stated errors, of mass and centre of mass."""
     rows: dict[str, Any] = {}
     for factor in ("all", "runs", "mass"):
         for level, of_level in levels[factor].items():
             errors = {
                 "mean": found["mean"][of_level] - found["truth"][of_level],
-                "least_squares": found["least_squares"][of_level] - found["truth"][of_level],
                 "stated": found["sd"][of_level],
             }
             rows[f"{factor} {level}"] = {

@@ -70,7 +70,7 @@ PAIRED, LENGTHS, SPEEDS = 0.5, (8.0, 50.0), (0.15, 1.0)
 # roller bearings, for which makers' catalogues state .001 to .005, and seals. Noise: residuals of an arm fitted to
 # the published recording, which are correlated over .7 to 2.4 s, twice the time constant.
 PANDA = ArmErrors(
-    robot=_HERE.parent / "recorded" / "panda.urdf",
+    robot=_HERE / "panda.urdf",
     tip="panda_link8",
     kind=SignalKind.JOINT_TORQUE,
     home=(0.0, -0.3, 0.0, -1.9, 0.0, 1.9, 0.8),

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from studies.payload.coverage import Cell, CoverageConfig, run_load, tabulate
 from studies.payload.errors import ARMS
-from studies.payload.recordings import Motion, simulate
+from studies.payload.simulated import Motion, simulate
 
 
 @pytest.mark.parametrize("arm", ARMS)
@@ -48,7 +48,7 @@ def test_coverage_is_counted_by_level_and_called_low_only_where_it_is():
         "factors": factors,
         "trusted": np.ones(num),
         "seconds": np.ones(num),
-        **dict.fromkeys(("truth", "mean", "sd", "least_squares"), zero),
+        **dict.fromkeys(("truth", "mean", "sd"), zero),
     }
     table = tabulate(fine)
     assert table["low"] == []

@@ -1,4 +1,4 @@
-"""Reads the study's recordings from clones of public repositories.
+"""Reads recordings of two robots from clones of public repositories.
 
 Other recordings in these repositories were held back for an independent check: no code here opens them.
 """
@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.recording.run_file import read_run
@@ -20,9 +19,7 @@ _HERE = Path(__file__).parent
 _UR10E = Path("dynamic_calibration")
 _UR10E_RUNS = _UR10E / "dataset_ur10e" / "identification_data"
 _PANDA = Path("FrankaEmikaPandaDynModel/matlab/data/Exciting_Traj/Trajectory_1/rbt_log")
-_LBIPE = Path("lbipe/data")
-LBIPE_OBJECTS = ("white", "red", "black")
-# Mass of the load as its owner weighed it, [kg].
+# Mass of the UR10e's load as its owner weighed it, [kg].
 UR10E_LOAD = 2.805
 
 
@@ -39,17 +36,6 @@ class PandaData(NamedTuple):
 
     robot: SerialChain
     empty: Run
-
-
-class WeighedObject(NamedTuple):
-    """Recording of a servo arm that holds an object in a thousand postures."""
-
-    regressors: Array  # derivatives of the torques with respect to mass and first moment, shape (N, joints, 4)
-    arm_torque: Array  # torques of the empty arm, shape (N, joints), [N m]
-    deviation: Array  # position errors of the servos, used as the signal, shape (N, joints), [rad]
-    direction: Array  # direction from which each posture was approached, shape (N, joints)
-    mass: float  # mass measured with a scale, [kg]
-    first_moment: Array  # first moment m p_TTcm as published by the owners, shape (3,), [kg m]
 
 
 def load_ur10e(data: Path) -> Ur10eData:
@@ -86,25 +72,6 @@ def load_panda(data: Path) -> PandaData:
     q, v, tau = (tables[name] for name in ("positions", "velocity", "torques"))
     description = RunDescription(robot.joint_names, SignalKind.JOINT_TORQUE, tip="panda_link8")
     return PandaData(robot, Run(str(folder), description, tables["time"], q, tau, v=v))
-
-
-def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
-    """Reads the recordings of the weighed objects.
-
-    Raises:
-        BadValueError: A file is missing or cannot be read.
-    """
-    objects = {}
-    for name in LBIPE_OBJECTS:
-        path = _find(data, _LBIPE / f"data_test_{name}.npz")
-        try:
-            with np.load(path) as arrays:
-                joints, A, x = arrays["joint_data"], arrays["A"], arrays["x"]
-            A = A.reshape(len(joints), joints.shape[2], 4)
-            objects[name] = WeighedObject(A, joints[:, 7], joints[:, 2], joints[:, 5], float(x[0]), x[1:])
-        except (OSError, ValueError, KeyError, IndexError) as error:
-            raise BadValueError(path, "", f"must contain joint_data, A and x: {error}") from error
-    return objects
 
 
 def _find(folder: Path, path: Path) -> Path:

@@ -36,7 +36,7 @@ from studies.payload.errors import (
     WHITE_SHARE,
     ArmErrors,
 )
-from studies.recorded.solids import CLASSES
+from studies.payload.solids import CLASSES
 
 _RATE = 100.0  # [Hz]
 _GRAVITY = 9.81

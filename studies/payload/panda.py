@@ -1,0 +1,167 @@
+"""Injects payloads into the real noise of a Panda: torques of random payloads are added to its measured torques.
+
+An injected payload passes through no sensor, so gains are exact here; everything else is as on a robot that holds it.
+The arm is fitted outside the window in which a payload is identified; half a second on either side is left out, too.
+Payloads are two or three boxes in a row on the flange, from foam to steel.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from tqdm import tqdm
+
+from affordance.arrays import Array, Mask
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.fitted_arm import CELL, FittedArm
+from affordance.identification.evidence.gains import build_nominal_gains
+from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
+from affordance.identification.posterior.inference import infer
+from affordance.identification.posterior.marginals import COM, MASS, MOMENTS, describe_bodies
+from affordance.identification.recording.preparation import prepare
+from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.objects.inertia import parameters_from_pseudo_inertia
+from studies.payload.clones import PandaData
+
+LENGTHS = (2, 5, 10)  # durations of the windows, [s]
+_CONTROL = 5  # duration of the windows in which white noise is assumed for comparison, [s]
+_GUARD = 1  # [cells]
+# Masses of payloads, edges across and along the row, [m], and densities, [kg/m^3], all log-uniform; and offsets
+# across the row, [m].
+_MASSES = (0.1, 3.0)
+_LEAST_EDGES, _LARGEST_EDGES = (0.015, 0.015, 0.02), (0.15, 0.15, 0.18)
+_DENSITIES = (300.0, 8000.0)
+_OFFSET = 0.03
+# A payload is drawn again until its mass differs from the drawn mass by at most a quarter.
+_TOLERANCE = 0.25
+
+
+class Injections(NamedTuple):
+    """Identified payloads for one length of window, (N, 10), with quantities in the order of ``describe_bodies``."""
+
+    truth: Array
+    mean: Array  # posterior means
+    sd: Array  # posterior standard deviations
+    inside: Mask  # true where the 90 % interval contains the truth
+
+    def summarise(self) -> dict[str, float]:
+        """Computes coverage of 90 % intervals, and errors of the mass, [g]."""
+        errors = self.mean[:, 0] - self.truth[:, 0]
+        return {
+            "coverage_mass": float(self.inside[:, MASS].mean()),
+            "coverage_com": float(self.inside[:, COM].mean()),
+            "coverage_moments": float(self.inside[:, MOMENTS].mean()),
+            "rmse_mass_g": 1e3 * float(np.sqrt(np.mean(errors**2))),
+            "median_sd_mass_g": 1e3 * float(np.median(self.sd[:, 0])),
+        }
+
+
+def study_panda(
+    data: PandaData, settings: IdentificationSettings, *, num_injections: int, seed: int
+) -> dict[str, Any]:
+    """Identifies random payloads in random windows.
+
+    Returns:
+        Coverage and errors by length of window, [s], and under ``white_5`` for windows of 5 s if errors are taken for
+        white noise.
+    """
+    study = PandaStudy(data, settings)
+    white = replace(settings, correlated_noise=False, floor=False)
+    found: dict[str, Any] = {
+        str(length): study.inject(length, settings, num_injections=num_injections, seed=seed).summarise()
+        for length in LENGTHS
+    }
+    found[f"white_{_CONTROL}"] = study.inject(_CONTROL, white, num_injections=num_injections, seed=seed).summarise()
+    return found
+
+
+class PandaStudy:
+    """Prepared recording, with a cache of the arm fitted outside each window."""
+
+    def __init__(self, data: PandaData, settings: IdentificationSettings) -> None:
+        self._robot, self._run = data.robot, data.empty
+        self._prepared = prepare(data.empty, settings)
+        nominal = build_nominal_gains(data.robot.joint_names, SignalKind.JOINT_TORQUE, settings)
+        self._gains = replace(nominal, covariance=np.zeros_like(nominal.covariance), source="exact: injected")
+        self._length = round(CELL * self._prepared.rate)
+        self._num_cells = len(self._prepared.times) // self._length
+        self._regressors = data.robot.compute_payload_regressors(
+            self._prepared.q, self._prepared.v, self._prepared.vdot
+        )
+        self._arms: dict[tuple[int, int, IdentificationSettings], FittedArm] = {}
+
+    def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
+        """Identifies random payloads in windows of a given length, [s]."""
+        found = []
+        drawn = self._draw(length, settings, num_injections, seed)
+        for payload, evidence in tqdm(
+            drawn, desc=f"Panda, {length} s", unit="payload", total=num_injections, disable=None
+        ):
+            if not settings.correlated_noise:
+                evidence = replace(evidence, least_variance=np.zeros_like(evidence.least_variance))
+            marginals = infer(evidence, self._gains, settings=settings).marginals
+            truth = describe_bodies(payload[None])[0]
+            inside = (marginals.low90 <= truth) & (truth <= marginals.high90)
+            found.append((truth, marginals.mean, marginals.sd, inside))
+        return Injections(*(np.array(each) for each in zip(*found, strict=True)))
+
+    def _draw(
+        self, length: int, settings: IdentificationSettings, num_injections: int, seed: int
+    ) -> Iterator[tuple[Array, Evidence]]:
+        """Draws payloads, (10,), each with its evidence in a random window."""
+        rng = np.random.default_rng((seed, length))
+        num_windows = self._num_cells - round(length / CELL) + 1
+        for _ in range(num_injections):
+            first = int(rng.integers(num_windows))
+            payload = draw_payload(rng, _MASSES)
+            yield payload, self._build_evidence(first, length, payload, settings)
+
+    def _build_evidence(self, first: int, length: int, payload: Array, settings: IdentificationSettings) -> Evidence:
+        cells = round(length / CELL)
+        arm = self._fit_outside(first, cells, settings)
+        rows = slice(first * self._length, (first + cells) * self._length)
+        part = self._prepared.select(rows)
+        part = part._replace(signal=part.signal + self._regressors[rows] @ payload)
+        return subtract_arm(self._robot, arm, self._run, part, settings)
+
+    def _fit_outside(self, first: int, cells: int, settings: IdentificationSettings) -> FittedArm:
+        key = (first, cells, settings)
+        if key not in self._arms:
+            kept = np.ones(self._num_cells, dtype=bool)
+            kept[max(0, first - _GUARD) : first + cells + _GUARD] = False
+            signal = self._prepared.signal
+            self._arms[key] = fit_empty_arm(self._robot, [self._prepared], [signal], self._gains, settings, kept)
+        return self._arms[key]
+
+
+def draw_payload(rng: np.random.Generator, masses: tuple[float, float]) -> Array:
+    """Draws the ten parameters, (10,), of a payload at the flange, with a log-uniform mass in bounds, [kg].
+
+    The axis z of the flange points outward.
+    """
+    mass = np.exp(rng.uniform(np.log(masses[0]), np.log(masses[1])))
+    while True:
+        angle, z = rng.uniform(0.0, 2.0 * np.pi), 0.0
+        R = np.array([[np.cos(angle), -np.sin(angle), 0.0], [np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        columns = []
+        for _ in range(rng.integers(2, 4)):
+            edges = np.exp(rng.uniform(np.log(_LEAST_EDGES), np.log(_LARGEST_EDGES)))
+            centre = np.array([*rng.uniform(-_OFFSET, _OFFSET, 2), z + edges[2] / 2.0])
+            columns.append(_build_column(edges, centre, R))
+            z += edges[2]
+        Phi = np.column_stack(columns)
+        rho = np.exp(rng.uniform(np.log(_DENSITIES[0]), np.log(_DENSITIES[1]), Phi.shape[1]))
+        if abs(float(Phi[0] @ rho) / mass - 1.0) < _TOLERANCE:
+            payload: Array = Phi @ rho
+            return payload
+
+
+def _build_column(edges: Array, centre: Array, R: Array) -> Array:
+    """Computes the inertial parameters of a box at a density of 1 kg/m^3."""
+    volume = float(np.prod(edges))
+    J = np.zeros((4, 4))
+    J[:3, :3] = volume * (R @ np.diag(edges**2 / 12.0) @ R.T + np.outer(centre, centre))
+    J[:3, 3] = J[3, :3] = volume * centre
+    J[3, 3] = volume
+    return parameters_from_pseudo_inertia(J)
