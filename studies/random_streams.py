@@ -7,9 +7,8 @@ import enum
 class StudyStream(enum.IntEnum):
     """Kind of a random draw in a study."""
 
-    CALIBRATION_TRUTH = 10**6 + 11  # true densities (trust/calibration.py)
-    CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (trust/calibration.py)
-    FAULT_CHOICES = 10**6 + 13  # choices after learning with a fault (trust/fault_costs.py)
+    CALIBRATION_TRUTH = 10**6 + 11  # true densities (calibration/calibration.py)
+    CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (calibration/calibration.py)
     SETTINGS = 10**6 + 15  # settings of the study of robustness
     ROBUSTNESS = 10**6 + 16  # permutations of that study's settings
     PROOF = 10**6 + 17  # settings in which the study of robustness simulates every hold, if asked for

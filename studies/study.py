@@ -5,10 +5,7 @@ A study is a folder with a module ``command.py`` that defines ``STUDY``.
 
 import argparse
 import datetime
-import importlib
 import inspect
-import itertools
-import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,8 +18,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from affordance.commands.options import change_by_name, check_bounds, refuse_changes
-from affordance.exceptions import UnavailableError
-from affordance.files.atomic import quarantine, write_json
+from affordance.files.atomic import write_json
 from affordance.plant.arm import ARM
 from affordance.reporting.figures import save_figure
 from affordance.reporting.report import write_report, write_section
@@ -40,14 +36,12 @@ class Findings(NamedTuple):
             those of further libraries.
         section: Section of the report; None for a study that writes numbers only.
         figures: Functions that draw figures, by file name without suffix.
-        details: Content of details.json, numbers that explain the others; None for no file.
         writers: Functions that write further files into the study's folder.
     """
 
     numbers: Mapping[str, Any]
     section: Section | None = None
     figures: Mapping[str, Callable[[], Figure]] = {}
-    details: Mapping[str, Any] | None = None
     writers: tuple[Callable[[Path], None], ...] = ()
 
 
@@ -119,14 +113,6 @@ def add_only(parser: argparse.ArgumentParser, names: Iterable[str], what: str) -
     parser.add_argument("--only", nargs="+", choices=names, default=[], metavar="NAME", help=help_)
 
 
-def import_part(module: str, extra: str = "dev") -> Any:
-    """Imports a module that needs an optional dependency; raises an UnavailableError without it."""
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        raise UnavailableError(f"{module} is", f"pip install '.[{extra}]' installs {error.name}") from error
-
-
 def read_settings(arguments: argparse.Namespace) -> Settings:
     """Returns the settings of ``--set``, with the arm of ``--models``.
 
@@ -168,31 +154,6 @@ def run_kept[C](
     return run_repeats(folder / "repeats" / key, run, repeats=repeats, jobs=jobs, description=description)
 
 
-def read_kept(path: Path, keys: Iterable[str]) -> dict[str, Any] | None:
-    """Reads a stored mapping with the given keys; returns None if there is none. Quarantines a damaged file."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(content, dict):
-            raise ValueError("it is not a mapping")
-        if missing := [key for key in keys if key not in content]:
-            raise ValueError(f"it has no {missing[0]}")
-    except FileNotFoundError:
-        return None
-    except (ValueError, RecursionError) as error:
-        quarantine(path, f"is not a result of a study ({error})")
-        return None
-    return content
-
-
-def keep_result(path: Path, key: str, compute: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
-    """Returns the result stored in a file under a key; computes and stores it if it is missing."""
-    kept = read_kept(path, ["key"])
-    if kept is None or kept["key"] != key:
-        kept = {"key": key, **compute()}
-        write_json(path, kept)
-    return kept
-
-
 def write_findings(findings: Findings, folder: Path) -> Path:
     """Writes the findings of a study and, if they have a section, the common report of all studies.
 
@@ -203,8 +164,6 @@ def write_findings(findings: Findings, folder: Path) -> Path:
         save_figure(draw(), folder, name)
     for write in findings.writers:
         write(folder)
-    if findings.details is not None:
-        write_json(folder / "details.json", findings.details)
     if findings.section is not None:
         write_section(folder, findings.section)
     metrics = folder / "metrics.json"
@@ -223,21 +182,6 @@ def print_section(section: Section) -> None:
         print(paragraph)
 
 
-def format_row(row: Sequence[str]) -> str:
-    """Formats one row of texts as a Markdown table row."""
-    return "| " + " | ".join(row) + " |"
-
-
-def format_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def format_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Formats rows of texts as a Markdown table."""
-    return "\n".join(format_row(row) for row in (header, ["---"] * len(header), *rows))
-
-
-def print_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Prints a Markdown table row by row, as the rows are computed; returns it."""
-    lines = []
-    for line in itertools.chain(format_table(header, ()).splitlines(), map(format_row, rows)):
-        print(line, flush=True)
-        lines.append(line)
-    print()
-    return "\n".join(lines)
+    return "\n".join(f"| {' | '.join(row)} |" for row in (header, ["---"] * len(header), *rows))

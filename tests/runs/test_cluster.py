@@ -10,13 +10,13 @@ from pathlib import Path
 import joblib
 import numpy as np
 import pytest
+from helpers.dask_cluster import DaskCluster
 from helpers.noted_repeats import note_and_draw
 from helpers.refusals import refuse
 
 from affordance.files.model_folder import MODELS
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import run_repeats
-from studies.trust.cluster import DaskCluster, kill_while_busy
 
 REPEATS = 12
 
@@ -68,22 +68,6 @@ def test_cluster_is_complete_and_gives_the_same_numbers_though_a_worker_is_kille
     # Repeats that the victim had begun were begun anew by the other.
     assert sum(map(len, ran.values())) > REPEATS
     assert len(list((tmp_path / "there").glob("repeat_*.npz"))) == REPEATS
-
-
-def test_victim_counts_only_if_it_had_a_task_of_a_run_that_had_begun(tmp_path, monkeypatch):
-    cases = [(True, True), (True, False), (False, True)]
-    cluster = DaskCluster(tmp_path, num_workers=len(cases))
-    try:
-        with cluster.connect() as client:
-            for victim, (is_busy, has_begun) in zip(cluster.workers, cases, strict=True):
-                monkeypatch.setattr("studies.trust.cluster.PATIENCE", 30.0 if is_busy and has_begun else 0.5)
-                place = cluster.find_worker(victim)
-                task = client.submit(time.sleep, 60, workers=[place], pure=False) if is_busy else None
-                assert kill_while_busy(cluster, victim, lambda begun=has_begun: begun) is (is_busy and has_begun)
-                victim.wait(timeout=10)
-                del task
-    finally:
-        cluster.stop()
 
 
 def test_without_cluster_work_stays_in_local_processes():

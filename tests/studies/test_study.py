@@ -11,11 +11,11 @@ from helpers.study_runs import run_study
 
 from affordance.cli import main
 from affordance.commands.options import add_out, add_seed, add_set
-from affordance.exceptions import BadValueError, UnavailableError
+from affordance.exceptions import BadValueError
 from affordance.files.model_folder import import_study, list_studies
 from affordance.reporting.claims import Unit, check, claim
 from affordance.reporting.section import Section
-from studies.study import Findings, Study, Task, import_part, keep_result, print_table, read_kept, run_kept
+from studies.study import Findings, Study, Task, run_kept
 
 NUMBERS = {"count": 4}
 SECTION = Section(
@@ -96,26 +96,6 @@ def test_a_study_on_one_thread_starts_anew_unless_it_has_one(monkeypatch):
     assert os.environ["OMP_NUM_THREADS"] == "1"
 
 
-def test_a_part_whose_library_is_missing_says_how_to_get_it(monkeypatch):
-    monkeypatch.setitem(sys.modules, "psutil", None)
-    monkeypatch.delitem(sys.modules, "studies.trust.soak", raising=False)
-    with pytest.raises(UnavailableError, match=r"pip install '\.\[dev\]' installs psutil"):
-        import_part("studies.trust.soak")
-
-
-def test_a_table_is_printed_as_its_rows_are_computed(capsys):
-    seen = []
-
-    def compute():
-        for cell in ("1", "2"):
-            yield [cell]
-            seen.append(capsys.readouterr().out)
-
-    text = print_table(["a"], compute())
-    assert seen == ["| a |\n| --- |\n| 1 |\n", "| 2 |\n"]
-    assert text == "| a |\n| --- |\n| 1 |\n| 2 |"
-
-
 def refuse(arguments):
     raise BadValueError("--data", "", "is missing")
 
@@ -132,22 +112,6 @@ def test_what_cannot_be_run_leaves_nothing(tmp_path, words, message):
     with pytest.raises(BadValueError, match=message):
         run_study(build_study(refuse), "--out", tmp_path / "out", *words)
     assert not (tmp_path / "out").exists()
-
-
-def test_results_are_computed_once_for_a_key(tmp_path, caplog):
-    path, calls = tmp_path / "kept.json", []
-
-    def compute():
-        calls.append(None)
-        return {"value": 1.5}
-
-    assert keep_result(path, "a", compute) == keep_result(path, "a", compute) == {"key": "a", "value": 1.5}
-    assert len(calls) == 1
-    keep_result(path, "b", compute)
-    assert len(calls) == 2
-    path.write_text("{", encoding="utf-8")
-    assert read_kept(path, ["key"]) is None
-    assert "is not a result of a study" in caplog.text
 
 
 @dataclasses.dataclass(frozen=True)
@@ -176,7 +140,7 @@ def test_every_study_is_a_command(name, capsys):
 
 def test_without_a_clone_one_line_says_that_studies_need_one(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("affordance.files.model_folder._CLONE", tmp_path)
-    assert main(["study", "tools", "--out", str(tmp_path / "out")]) == 2
+    assert main(["study", "payload", "--out", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
     assert "unavailable here (studies need a clone of the repository)" in said
     assert said.count("\n") == 1

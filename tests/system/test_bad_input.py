@@ -1,9 +1,20 @@
-"""Spoilt files: a small version of studies/trust/bad_input.py, a lasting corpus, and files of results."""
+"""Spoilt files: files of models in generated ways, a lasting corpus, and files of results."""
 
 import logging
 
 import numpy as np
 import pytest
+from helpers.spoilt_models import (
+    ARM,
+    ARM_FILES,
+    FILES,
+    Answer,
+    Case,
+    answer,
+    copy_models,
+    names_the_place,
+    spoil,
+)
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -12,18 +23,6 @@ from affordance.reporting.claims import ClaimResult, CriterionResult
 from affordance.reporting.report import write_report, write_section
 from affordance.reporting.section import Section
 from affordance.runs.repeats import run_repeats
-from studies.trust.bad_input import (
-    _ARM,
-    _ARM_FILES,
-    FILES,
-    Answer,
-    Case,
-    answer,
-    copy_models,
-    measure,
-    names_the_place,
-    spoil,
-)
 
 QUICKLY = settings(
     max_examples=80,
@@ -66,30 +65,15 @@ def test_place_is_named_as_an_element_of_the_path(keys, said, named):
     assert names_the_place(Case("tools/com.yaml", b"", "", keys), found) is named
 
 
-def test_only_distinct_files_are_counted(monkeypatch):
-    tried = []
-
-    def refuse(models, case):
-        tried.append((case.file, case.content))
-        return Answer(2, "", f"{case.file}: {case.keys[0] if case.keys else ''}: is wrong\n", False)
-
-    monkeypatch.setattr("studies.trust.bad_input.answer", refuse)
-    failures, numbers = measure(cases=150, arms=0)
-    assert failures == []
-    assert numbers["bad_inputs_tried"] == numbers["bad_inputs_refused"] == len(tried) == len(set(tried))
-    assert 100 < len(tried) < 150
-    assert {file for file, _ in tried} == set(FILES)
-
-
-@pytest.mark.parametrize("number", range(len(_ARM)))
+@pytest.mark.parametrize("number", range(len(ARM)))
 def test_spoilt_arm_is_refused(models, monkeypatch, number):
-    name, good, bad = _ARM[number]
+    name, good, bad = ARM[number]
     text = (MODELS / name).read_text(encoding="utf-8")
     assert good in text
     monkeypatch.setitem(FILES, name, "weight")
     found = answer(models, Case(name, text.replace(good, bad, 1).encode(), bad))
     assert found.refused, found
-    assert _ARM_FILES.search(found.err)
+    assert ARM_FILES.search(found.err)
 
 
 def draw(repeat):

@@ -10,8 +10,7 @@ import time
 import numpy as np
 import pytest
 from helpers.children import PATIENCE, ROOT
-
-from studies.trust.kills import list_differences
+from helpers.same_results import list_differences
 
 PROGRAM = ROOT / "run_experiments.py"
 ROD = "  - {name: NAME, components: [{semi_axes: [SIZE, 0.015, 0.015], position: [SIZE, 0, 0], material: brass}]}\n"

@@ -34,9 +34,9 @@ from affordance.simulation.trial import get_runner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
+from studies.calibration.cramer_rao import compute_bound, feel_along, feel_at_rest
 from studies.random_streams import StudyStream
 from studies.study import run_kept
-from studies.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
 
 # One hundredth of the strongest joint's torque limit, which is the accuracy quoted for robots' torque sensors, [N m].
 WHITE = WhiteNoise(0.7)

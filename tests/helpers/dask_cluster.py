@@ -1,28 +1,15 @@
-"""Compares a local run with a run on a Dask cluster on this machine, one of whose two workers is killed.
+"""A Dask cluster on this machine: scheduler and workers are processes, started as in docs/howto/cluster.md."""
 
-Scheduler and workers are processes, started as in docs/howto/cluster.md.
-"""
-
-import contextlib
-import io
 import json
 import os
 import subprocess
 import sys
-import tempfile
 import time
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from distributed import Client
 
-from affordance.cli import main
-from studies.trust.kills import list_differences
-
-NUM_REPEATS = 8
-PATIENCE = 60.0  # longest time to wait until a worker gets a task, [s]
 # Longest time that processes may take to start on a busy machine, [s].
 _START_PATIENCE = 120.0
 
@@ -99,53 +86,3 @@ class DaskCluster:
             process.kill()
             process.wait()
         self._log.close()
-
-
-def run(out: Path, *arguments: str) -> int:
-    """Runs experiment ``weight``; returns the exit status."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        return main(["weight", "--repeats", str(NUM_REPEATS), "--out", str(out), *arguments])
-
-
-def kill_while_busy(cluster: DaskCluster, victim: subprocess.Popen[bytes], has_begun: Callable[[], bool]) -> bool:
-    """Kills a worker as soon as a run has begun and the worker has a task; returns True if it had a task.
-
-    If the run ends earlier, the worker gets no task, and the wait ends after PATIENCE.
-    """
-    address = cluster.find_worker(victim)
-    deadline = time.monotonic() + PATIENCE
-    busy = False
-    with cluster.connect() as client:
-        while not busy and time.monotonic() < deadline:
-            time.sleep(0.01)
-            busy = has_begun() and bool(client.processing([address])[address])
-        victim.kill()
-    return busy
-
-
-def measure() -> tuple[list[list[str]], dict[str, Any]]:
-    """Runs locally and on the cluster.
-
-    If the worker had no task when it was killed, the comparison proves nothing; this counts as a difference.
-
-    Returns:
-        A row for each file that differs, and whether all files are equal.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        here, there = Path(folder) / "here", Path(folder) / "there"
-        cluster = DaskCluster(Path(folder) / "cluster")
-
-        def has_begun() -> bool:
-            return any(there.rglob("repeat_*.npz"))
-
-        with ThreadPoolExecutor(1) as pool:
-            try:
-                killed = pool.submit(kill_while_busy, cluster, cluster.workers[0], has_begun)
-                status = run(there, "--cluster", cluster.address)
-                was_busy = killed.result()
-            finally:
-                cluster.stop()
-        differences = list_differences(here, there) if status == run(here, "--jobs", "1") == 0 else ["exit status"]
-        if not was_busy:
-            differences.append("the worker had no task when it was killed")
-    return [[name] for name in differences], {"cluster_identical": not differences}

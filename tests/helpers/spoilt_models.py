@@ -1,9 +1,9 @@
-"""Tests invalid input: files of models are corrupted in hundreds of ways, all that we could think of.
+"""Files of models, corrupted in hundreds of ways.
 
 Each case takes one file of a valid folder of models and makes it invalid: a key is removed, doubled or misspelt; a
 value has another type, is far out of bounds, or is not a number; a list has another length; the text is truncated,
 empty, or not text at all. The command line must answer with status 2 and one line that names file and key, and must
-write nothing. A corrupted arm may make Drake end the process, so those cases run in a process of their own.
+write nothing.
 """
 
 import contextlib
@@ -11,8 +11,6 @@ import copy
 import io
 import re
 import shutil
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
@@ -21,8 +19,6 @@ from typing import Any, NamedTuple
 from unittest import mock
 
 import yaml
-from hypothesis import HealthCheck, Phase, given
-from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from affordance.cli import main
@@ -33,9 +29,6 @@ from affordance.files.model_folder import MODELS
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
 
-# Number of cases that are generated. About 700 of them are distinct, and only these are counted.
-NUM_CASES = 850
-PATIENCE = 120.0  # longest time that a case in its own process may take, [s]
 # Files to corrupt, each with the experiment that reads it first.
 FILES = {
     "materials.yaml": "weight",
@@ -67,7 +60,7 @@ WRONG: dict[type, tuple[Any, ...]] = {
     list: (None, True, 7, "many", {}, []),
     dict: (None, True, 7, "all", [], [1.0]),
 }
-_ARM = (
+ARM = (
     ("arm.sdf", "<mass>", "<mass>-"),
     ("arm.sdf", "<mass>", "<mass>nan "),
     ("arm.sdf", "<ixx>", "<ixx>-"),
@@ -90,7 +83,7 @@ _ARM = (
 
 
 # If one of these files is corrupted, the message may name any of them, because they load each other.
-_ARM_FILES = re.compile(r"arm\.sdf|arm\.dmd\.yaml|package\.xml")
+ARM_FILES = re.compile(r"arm\.sdf|arm\.dmd\.yaml|package\.xml")
 
 
 class Answer(NamedTuple):
@@ -252,61 +245,3 @@ def _find_without_observers(name: str) -> Any:
 
 def _do_nothing(*_: Any) -> None:
     """Takes the place of whatever would run once the input is accepted."""
-
-
-def answer_for_arm(models: Path, number: int) -> Answer:
-    """Runs the command line in another process with one corrupted arm; ``number`` selects the corruption."""
-    name, good, bad = _ARM[number]
-    path, out = models / name, models.parent / "out"
-    text = path.read_text(encoding="utf-8")
-    if good not in text:
-        raise ValueError(f"{name} has no {good!r} to spoil")
-    path.write_text(text.replace(good, bad, 1), encoding="utf-8")
-    command = [sys.executable, "-m", "affordance", "weight", "--models", str(models), "--out", str(out)]
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
-        found = Answer(done.returncode, done.stdout, done.stderr, out.exists())
-    except subprocess.TimeoutExpired:
-        found = Answer(-1, "", f"no answer in {PATIENCE:g} s", out.exists())
-    path.write_text(text, encoding="utf-8")
-    shutil.rmtree(out, ignore_errors=True)
-    return found
-
-
-def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list[str]], dict[str, Any]]:
-    """Tests the distinct generated cases, and several corrupted arms.
-
-    Returns:
-        A row for each case that was not refused correctly, and the numbers of distinct cases and correct refusals.
-    """
-    tried, failures = 0, []
-    seen: set[tuple[str, bytes]] = set()
-    with copy_models() as models:
-
-        @hypothesis_settings(
-            max_examples=cases,
-            deadline=None,
-            derandomize=True,
-            database=None,
-            phases=[Phase.generate],
-            suppress_health_check=list(HealthCheck),
-        )
-        @given(spoil())
-        def try_one(case: Case) -> None:
-            nonlocal tried
-            if (case.file, case.content) in seen:
-                return
-            seen.add((case.file, case.content))
-            tried += 1
-            found = answer(models, case)
-            if not (found.refused and names_the_place(case, found)):
-                failures.append([case.file, case.what, str(found.status), found.err.strip()[-200:]])
-
-        try_one()
-        for number in range(arms):
-            tried += 1
-            found = answer_for_arm(models, number)
-            if not (found.refused and _ARM_FILES.search(found.err)):
-                name, *change = _ARM[number]
-                failures.append([name, repr(change), str(found.status), found.err.strip()[-200:]])
-    return failures, {"bad_inputs_tried": tried, "bad_inputs_refused": tried - len(failures)}

@@ -1,4 +1,4 @@
-"""A small version of studies/trust/calibration.py, and proof that it detects wrong sizes of errors."""
+"""A small version of the study of calibration, and proof that it detects wrong sizes of errors."""
 
 import dataclasses
 
@@ -15,9 +15,17 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
-from studies.trust import calibration
-from studies.trust.calibration import COVERAGES, WHITE, assess, build_config, draw_truth, find_positions, run_draw
-from studies.trust.cramer_rao import compute_bound, feel_at_rest
+from studies.calibration import calibration
+from studies.calibration.calibration import (
+    COVERAGES,
+    WHITE,
+    assess,
+    build_config,
+    draw_truth,
+    find_positions,
+    run_draw,
+)
+from studies.calibration.cramer_rao import compute_bound, feel_at_rest
 
 NUM_DRAWS = 400
 
