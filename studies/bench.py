@@ -130,14 +130,14 @@ def measure_mpc() -> list[Row]:
     angle, rate = (np.kron(response, np.eye(n)) for response in compute_responses(SETTINGS.mpc))
     G, T = np.vstack([angle[-n:], rate[-n:]]), SETTINGS.mpc.horizon
     states = [np.concatenate([arm.home + 0.01 * rng.normal(size=n), 0.02 * rng.normal(size=n)]) for _ in range(100)]
-    goal = hold.compute_goal(model, states[0], 0.0, 0.24)
+    goal, gram = hold.compute_goal(model, states[0], 0.0, 0.24), G @ G.T
 
     def find_missing(x: Array, goal: TerminalGoal) -> Array:
         return np.concatenate([goal.d_q - x[:n] - T * x[n:], goal.d_v - x[n:]])
 
     def solve_algebra() -> None:
         for x in states:
-            G.T @ np.linalg.solve(G @ G.T, find_missing(x, goal))
+            G.T @ np.linalg.solve(gram, find_missing(x, goal))
 
     def control(states: list[Array]) -> None:
         for x in states:
