@@ -7,7 +7,7 @@ export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench trust numbers kept-numbers robustness-proof clean
+.PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench calibration numbers kept-numbers robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -31,9 +31,8 @@ $(VENV)/docs.stamp: $(VENV)/run.stamp
 	$(PYTHON) -m pip install --quiet --editable '.[docs]'
 	@touch $@
 
-run: $(VENV)/run.stamp ## run every experiment with 100 observers, and which end of real tools to hold, and write results/report.html
+run: $(VENV)/run.stamp ## run the four simulations and vision with 100 observers, and write results/report.html
 	$(PYTHON) run_experiments.py --repeats 100
-	$(PYTHON) -m affordance study tools --jobs 2
 
 # Compiled modules are kept, whatever the environment says: processes that tests start would compile them anew.
 test: $(VENV)/dev.stamp ## run the test suite
@@ -77,11 +76,11 @@ diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 picture: $(VENV)/run.stamp ## redraw the moving picture of README from a simulation
 	$(PYTHON) -m affordance film weight docs/images/weight.gif --seconds 1 --slower 3
 
-bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
-	$(PYTHON) -m affordance study speed
+bench: $(VENV)/dev.stamp ## print a table of speeds, as ratios to other programs and to brute force: some minutes
+	OMP_NUM_THREADS=1 $(PYTHON) -m studies.bench
 
-trust: $(VENV)/dev.stamp ## calibration, faults, errors of measurement, bad input, kills, cluster, soak and scaling: a quarter of an hour
-	$(PYTHON) -m affordance study trust
+calibration: $(VENV)/run.stamp ## are beliefs as uncertain as they should be? TIME on two cores
+	$(PYTHON) -m affordance study calibration
 
 numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
 	$(PYTHON) docs/fill_numbers.py

@@ -38,9 +38,8 @@ HERE = Path(__file__).parent
 # Files of about eight seconds and more, about in order.
 LONGEST = (
     "experiments/test_counter_examples.py",
-    "studies/robustness/test_experiment.py",
     "vision/pixels/test_seen_tool.py",
-    "studies/trust/test_calibration.py",
+    "studies/calibration/test_calibration.py",
     "system/test_command_line.py",
     "commands/test_watch.py",
     "identification/test_identify.py",
@@ -49,7 +48,6 @@ LONGEST = (
     "identification/test_doubts.py",
     "belief/test_truncated_normal.py",
     "robots/test_fitting.py",
-    "studies/active/test_repeats.py",
     "commands/test_identify.py",
 )
 DRAFT_DPI = 60

@@ -138,14 +138,6 @@ class Ranking(NamedTuple):
             raise AffordanceError(f"no option can be used: {reasons}")
         return self.ranked[0]
 
-    def list_of(self, tool: str) -> tuple[RankedOption, ...]:
-        """Lists the options of a tool, the best first."""
-        return tuple(each for each in self.ranked if each.option.object_name == tool)
-
-    def find_best_grip(self, tool: str) -> str:
-        """Returns the grip of a tool's highest-ranked option."""
-        return self.list_of(tool)[0].option.grip
-
 
 def rank(
     options: Sequence[Option],

@@ -9,7 +9,7 @@ from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 
 _FOLDER = MODELS / "demo"
-# Simulated recordings of the paper's arm, empty and with one piece of stock (studies/loop/record.py).
+# Simulated recordings of the paper's arm, empty and with one piece of stock.
 EMPTY, LOADED = _FOLDER / "empty.csv", _FOLDER / "bar_of_oak.csv"
 ARM_FILE = MODELS / "arm.dmd.yaml"
 STOCK, PIECE = MODELS / "workshop" / "blanks.yaml", "bar of oak"

@@ -12,7 +12,7 @@ object: "hammer", "hammer #2".
 
 import functools
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -204,14 +204,6 @@ def measure_body(trial: TrialEvidence, columns: Sequence[int], prior: Prior) -> 
     rho = broad.condition(likelihood).untruncated_mean
     of_body = trial.compute_likelihood(BODY, geometry.Phi @ rho)
     return Quadratic(of_body.precision, of_body.information_vector)
-
-
-def sum_trials(trials: Iterable[TrialEvidence], prior: Prior) -> EvidenceSums:
-    """Sums the evidence of trials, which must be in the order of their times."""
-    sums = EvidenceSums(prior)
-    for trial in trials:
-        sums.add(trial)
-    return sums
 
 
 @functools.lru_cache(maxsize=64)

@@ -19,12 +19,11 @@ from affordance.files.model_folder import list_studies
         ("study people --count 2", "--count: is 2, must be at least 3"),
         ("study people --repeats 1", "--repeats: is 1, must be at least 2"),
         ("fit-kappa --set noise.independent_samples=true", "noise.independent_samples: is true, must be false"),
-        ("study tools --repeats 0", "--repeats: is 0, must be from 1 to 100000"),
-        ("study tools --observers 0", "--repeats: is 0, must be from 1 to 100000"),
-        ("study tools --jobs -2", "--jobs: is -2, must be from 1 to "),
-        ("study tools --seed -1", "--seed: is -1, must be from 0 to 4294967295"),
-        ("study tools --set prior.mode=-7", "settings: prior.mode: is -7, must be from 0 to 25000"),
-        ("study arms --robots . --set prior.mode=-7", "settings: prior.mode: is -7, must be from 0 to 25000"),
+        ("study payload --repeats 0", "--repeats: is 0, must be from 1 to 100000"),
+        ("study payload --only pandas", "--only: is 'pandas', must be one of panda, ur"),
+        ("study payload --jobs -2", "--jobs: is -2, must be from 1 to "),
+        ("study payload --seed -1", "--seed: is -1, must be from 0 to 4294967295"),
+        ("study people --set prior.mode=-7", "settings: prior.mode: is -7, must be from 0 to 25000"),
     ],
 )
 def test_mistake_is_refused_before_anything_is_written(

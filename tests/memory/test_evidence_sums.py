@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from helpers.refusals import refuse
+from helpers.summed_trials import sum_trials
 from helpers.trials import BRASS, PLAIN, STEEL, TAU_ARM, WOOD, build_geometry, get_regressor, hold
 
 from affordance.belief.density_belief import Prior
 from affordance.memory import evidence_sums
-from affordance.memory.evidence_sums import find_material, measure_body, sum_trials
+from affordance.memory.evidence_sums import find_material, measure_body
 from affordance.objects.appearance import PartAppearance
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.summed_trials import sum_trials
 from helpers.trials import PLAIN, STEEL, WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import Prior
 from affordance.memory import evidence_sums, kept_sums
 from affordance.memory import ledger as module
-from affordance.memory.evidence_sums import sum_trials
 from affordance.memory.ledger import open_memory
 from affordance.memory.stored_trials import Selection
 from affordance.proprioception.torque_noise import WeberNoise

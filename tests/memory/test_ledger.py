@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.refusals import refuse
+from helpers.summed_trials import sum_trials
 from helpers.trials import BRASS, STEEL, WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import Prior
@@ -23,7 +24,7 @@ from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
 from affordance.memory import ledger as module
 from affordance.memory import tables
-from affordance.memory.evidence_sums import EvidenceSums, sum_trials
+from affordance.memory.evidence_sums import EvidenceSums
 from affordance.memory.ledger import has_memory, open_memory
 from affordance.memory.stored_trials import Selection
 

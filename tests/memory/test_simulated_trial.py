@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.summed_trials import sum_trials
 
 from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.belief.memory_file import format_memory
 from affordance.experiments.observers import Setup
 from affordance.files.model_folder import MODELS
-from affordance.memory.evidence_sums import sum_trials
 from affordance.memory.ledger import open_memory
 from affordance.memory.simulated_trial import describe_trial
 from affordance.objects.load import load_tools

@@ -40,7 +40,6 @@ _NUM_MOVES, _WALK, _ACCEPTED = 6, 0.75, 0.234
 # Sufficient number of accepted moves of each sample in an intermediate distribution. In the posterior itself, rounds
 # continue until samples have forgotten where they began: largest correlation before and after, and number of rounds.
 _MOVED, _FORGOTTEN, _MAX_ROUNDS = 3.0, 0.1, 60
-_MAX_ITERATIONS = 60
 # Number of Gauss-Newton steps between linearisations of the likelihood.
 _STEPS_A_ROUND = 5
 # Gain of the log density at which the search for a mode stops, for a fit and for a proposal.
@@ -81,22 +80,6 @@ class WeightedBodies(NamedTuple):
         # The scatter over few ancestors is unreliable, so the number of ancestors is an upper bound.
         most = float(len(np.unique(self.ancestors)))
         return min(most, float((variance / np.maximum((sums**2).sum(axis=0), np.finfo(float).tiny)).min()))
-
-
-def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | None = None) -> Mode:
-    """Finds the most probable body by Gauss-Newton iteration with Levenberg damping.
-
-    The prior is approximated by a normal distribution with its mean and covariance, which has a single mode. The
-    start is a theta, (10,), or ``guess_theta``.
-    """
-    theta = guess_theta(likelihood, prior) if start is None else start
-    load = parameters_from_theta(theta)
-    for _ in range(_MAX_ITERATIONS):
-        mode = improve_mode(likelihood, prior, theta, load)
-        step, theta, load = mode.theta - theta, mode.theta, mode.load
-        if measure_step(step, mode) < _TOLERANCE:
-            break
-    return mode
 
 
 def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:

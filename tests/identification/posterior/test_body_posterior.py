@@ -7,7 +7,14 @@ from affordance.identification.evidence.body_likelihood import BodyLikelihood
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.posterior import body_posterior
-from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
+from affordance.identification.posterior.body_posterior import (
+    Mode,
+    WeightedBodies,
+    draw_bodies,
+    guess_theta,
+    improve_mode,
+    measure_step,
+)
 from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters
 from affordance.identification.posterior.marginals import describe_bodies, summarise
 from affordance.identification.posterior.solid_prior import Normals, SolidPrior
@@ -25,10 +32,22 @@ def _hold(
     return build_likelihood(Y, signal, variance, gain_sd)
 
 
+def _find_mode(likelihood: PayloadLikelihood, prior: SolidPrior) -> Mode:
+    """The most probable body, by Gauss-Newton iteration."""
+    theta = guess_theta(likelihood, prior)
+    load = parameters_from_theta(theta)
+    for _ in range(60):
+        mode = improve_mode(likelihood, prior, theta, load)
+        step, theta, load = mode.theta - theta, mode.theta, mode.load
+        if measure_step(step, mode) < 1e-8:
+            break
+    return mode
+
+
 def test_posterior_agrees_with_a_random_walk(rng):
     solid = SolidPrior.for_hand()
     likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=4)
-    mode = find_mode(likelihood, solid)
+    mode = _find_mode(likelihood, solid)
     bodies = draw_bodies(likelihood, solid, mode, rng, 4000)
     ours = summarise(describe_bodies(bodies.pi), bodies.weights)
     # Metropolis from many starts: slow, but another way to the same posterior.
@@ -58,7 +77,7 @@ def test_kinds_are_proposed_as_probable_as_they_are():
     rng, solid, apart = np.random.default_rng(2), SolidPrior.for_hand(), []
     for _ in range(12):
         likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=20, variance=0.02)
-        mode = find_mode(likelihood, solid)
+        mode = _find_mode(likelihood, solid)
         proposed = body_posterior._propose(BodyLikelihood(likelihood, mode.load), solid, mode).shares
         bodies = draw_bodies(likelihood, solid, mode, rng, 4000)
         count = bodies.weights > 1e-9  # others may be too thin for rounding
@@ -74,7 +93,7 @@ def test_intervals_hold_truths_drawn_from_the_prior(rng):
     for _ in range(60):
         pi = solid.draw_parameters(rng, 1)[0]
         likelihood = _hold(pi, rng, rows=20)
-        bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, 500)
+        bodies = draw_bodies(likelihood, solid, _find_mode(likelihood, solid), rng, 500)
         marginals, truth = summarise(describe_bodies(bodies.pi), bodies.weights), describe_bodies(pi[None])[0]
         inside.append((marginals.low90 <= truth) & (truth <= marginals.high90))
     # Ten numbers of each of 60 bodies: 90 % within four standard errors of independent bodies.
@@ -85,7 +104,7 @@ def test_without_data_the_posterior_is_the_prior(rng):
     solid = SolidPrior.for_hand()
     likelihood = _hold(np.zeros(10), rng, rows=1)
     likelihood = PayloadLikelihood(compute_statistics(_empty_samples(), 10), likelihood.prior, np.full(2, _VARIANCE))
-    bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, 2000)
+    bodies = draw_bodies(likelihood, solid, _find_mode(likelihood, solid), rng, 2000)
     after = np.log(bodies.pi[:, 0])
     assert_allclose(bodies.weights @ after, solid.mean[0], atol=0.15)
     sd = np.sqrt(bodies.weights @ (after - solid.mean[0]) ** 2)
@@ -102,7 +121,7 @@ def test_effective_size_is_what_the_scatter_over_seeds_says(monkeypatch):
     monkeypatch.setattr(body_posterior, "_MAX_REFITS", 1)  # more of them, and hardly a run is annealed
     rng, solid = np.random.default_rng([1, 1]), SolidPrior.for_hand()
     likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=1, variance=0.002)
-    mode = find_mode(likelihood, solid)
+    mode = _find_mode(likelihood, solid)
     drawn = [draw_bodies(likelihood, solid, mode, np.random.default_rng(seed), 500) for seed in range(30)]
     runs = [bodies for bodies in drawn if np.all(bodies.weights == bodies.weights[0])]
     assert len(runs) > 12  # annealed
@@ -127,7 +146,7 @@ def test_annealing_begins_with_samples_of_every_kind(monkeypatch):
     )
     for num_samples in (1000, 4000):
         bodies = draw_bodies(
-            nothing, solid, find_mode(nothing, solid), np.random.default_rng(num_samples), num_samples
+            nothing, solid, _find_mode(nothing, solid), np.random.default_rng(num_samples), num_samples
         )
         assert bodies.pi.shape == (1000, 10)
         assert np.mean(bodies.pi[:, 0] > 1.0) == pytest.approx(0.6, abs=0.08)  # five standard errors

@@ -1,0 +1,15 @@
+"""Evidence of trials, summed one by one."""
+
+from collections.abc import Iterable
+
+from affordance.belief.density_belief import Prior
+from affordance.memory.evidence_sums import EvidenceSums
+from affordance.memory.trial_evidence import TrialEvidence
+
+
+def sum_trials(trials: Iterable[TrialEvidence], prior: Prior) -> EvidenceSums:
+    """Sums the evidence of trials, which must be in the order of their times."""
+    sums = EvidenceSums(prior)
+    for trial in trials:
+        sums.add(trial)
+    return sums
