@@ -76,10 +76,10 @@ diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 picture: $(VENV)/run.stamp ## redraw the moving picture of README from a simulation
 	$(PYTHON) -m affordance film weight docs/images/weight.gif --seconds 1 --slower 3
 
-bench: $(VENV)/dev.stamp ## print a table of speeds, as ratios to other programs and to brute force: some minutes
+bench: $(VENV)/dev.stamp ## print a table of speeds, as ratios to other programs and to brute force: a minute or two
 	OMP_NUM_THREADS=1 $(PYTHON) -m studies.bench
 
-calibration: $(VENV)/run.stamp ## are beliefs as uncertain as they should be? TIME on two cores
+calibration: $(VENV)/run.stamp ## are beliefs as uncertain as they should be? a quarter of an hour on two cores
 	$(PYTHON) -m affordance study calibration
 
 numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
