@@ -10,9 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.loop_runs import build_bench
 from helpers.two_tools import STICK, believe
-from helpers.workshop import BLANKS
+from helpers.workshop import BLANKS, plan_reach
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
@@ -31,7 +30,7 @@ TOOLS = (OAK, STEEL, BRASS)
 
 @pytest.fixture(scope="module")
 def choice() -> Choice:
-    return build_bench().choices["reach"]
+    return plan_reach()
 
 
 class Advisor:

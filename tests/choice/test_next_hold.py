@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.loop_runs import build_bench
 from helpers.refusals import refuse
-from helpers.workshop import BLANKS
+from helpers.workshop import BLANKS, plan_reach
 from scipy.stats import norm
 
 from affordance.belief.felt_object import FeltObject
@@ -35,7 +34,7 @@ PRIOR = DEFAULT_SETTINGS.prior
 
 @pytest.fixture(scope="module")
 def question():
-    return Question("reach", build_bench().choices["reach"])
+    return Question("reach", plan_reach())
 
 
 def advise(question, candidates, memory=None, **more):
