@@ -2,36 +2,36 @@
 from .belief.density_belief import Prior
 from .belief.learner import Learner
 from .belief.material_memory import MaterialMemory, start_memory
-from .choice.expected_inertia import Expectation, expect
 from .choice.hammer import Hammer, load_hammer
-from .choice.hold_advice import HoldAdvice
 from .choice.listed_options import list_options
-from .choice.next_hold import advise_hold
 from .choice.ranking import Ranking, rank
 from .choice.reach import Reach
 from .choice.tasks import load_task_file
 from .control.timed_path import load_path
 from .exceptions import AffordanceError, BadArgumentError, BadValueError, ModelFileError
-from .experiments.observers import Setup
-from .experiments.suite import run_suite
+from .experiments.shared.observers import Setup
+from .experiments.shared.suite import run_suite
+from .extensions.advice.expected_inertia import Expectation, expect
+from .extensions.advice.hold_advice import HoldAdvice
+from .extensions.advice.next_hold import advise_hold
+from .extensions.memory.ledger import Ledger, open_memory
+from .extensions.memory.stored_trials import Selection
+from .extensions.memory.trial_evidence import TrialEvidence
+from .extensions.payload.evidence.gains import Gains, read_gains, write_gains
+from .extensions.payload.identify import Runs, identify
+from .extensions.payload.posterior.payload_belief import PayloadBelief
+from .extensions.payload.recording.run import Run
+from .extensions.payload.recording.run_file import read_run
+from .extensions.robots.importer import ImportOptions
+from .extensions.robots.kept import import_arm, open_robot
+from .extensions.robots.recorded_arm import load_robot
 from .files.model_folder import MODELS
-from .identification.evidence.gains import Gains, read_gains, write_gains
-from .identification.identify import Runs, identify
-from .identification.posterior.payload_belief import PayloadBelief
-from .identification.recording.run import Run
-from .identification.recording.run_file import read_run
-from .memory.ledger import Ledger, open_memory
-from .memory.stored_trials import Selection
-from .memory.trial_evidence import TrialEvidence
 from .named_settings import change_settings
 from .objects.load import load_tools
 from .objects.materials import Material, load_materials
 from .objects.tool import Tool
 from .proprioception.torque_noise import WeberNoise, WhiteNoise
-from .robots.importer import ImportOptions
-from .robots.kept import import_arm, open_robot
-from .robots.recorded_arm import load_robot
-from .robots.robot import Robot
+from .robot import Robot
 from .settings import Settings
 from .simulation.trial import TrialRunner
 from .simulation.trial_record import TrialRecord

@@ -15,9 +15,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TextIO, cast, override
 
-from affordance.commands.catalogue import COMMANDS, EXAMPLES, EXPERIMENTS, SUBJECTS, Command, load_command
+from affordance.commands.catalogue import COMMANDS, SHORT, SUBJECTS, Command, load_command
 from affordance.commands.parser import OUTPUT, OneLineParser, find_group
-from affordance.commands.study import FORMER
 from affordance.commands.terminal import ElapsedTime, QuietErrors, ShownOutput, find_width, format_error
 from affordance.drake.system_libraries import provide_libraries
 from affordance.exceptions import PROSE, AffordanceError, describe_choice, show_text
@@ -27,7 +26,7 @@ from affordance.runs.program_errors import blame_programs
 from affordance.version import __version__
 
 # Commands that need no system library.
-_FREE = ("doctor", "completion")
+_FREE = ("doctor",)
 # Commands that may take seconds but have no progress bar: the elapsed time is shown.
 _SHOW_TIME = ("guess", "rank", "next", "compare-robots", "excite", "identify", "memory")
 # Messages of the dynamic loader if it has no memory for a library.
@@ -70,10 +69,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
 
 def _run(words: Sequence[str], program: str) -> int:
     """Runs the command that the words name and returns the exit status."""
-    if words and words[0] in EXPERIMENTS:
+    if words and words[0] in SHORT:
         words = ["run", *words]
-    if words and words[0] in FORMER:
-        words = ["study", FORMER[words[0]], *words[1:]]
     if not words or words[0] in ("-h", "--help"):
         print(_describe(program))
         return 0
@@ -82,7 +79,7 @@ def _run(words: Sequence[str], program: str) -> int:
         return 0
     name, *words = words
     if name not in COMMANDS:
-        raise AffordanceError(f"the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS))}")
+        raise AffordanceError(f"the command {describe_choice(name, (*COMMANDS, *SHORT))}")
     handler = logging.StreamHandler()
     handler.setFormatter(ShownFormatter("%(message)s"))
     logging.basicConfig(handlers=[handler], level=logging.WARNING)
@@ -93,9 +90,9 @@ def _run(words: Sequence[str], program: str) -> int:
         command: Command = study
         name, description, words = f"study {words[0]}", study.HELP, words[1:]
     else:
-        command, description = load_command(name), COMMANDS[name]
+        command, description = load_command(name), COMMANDS[name].help
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
-    example = f"affordance {name} {EXAMPLES.get(name, '')}".strip()
+    example = f"affordance {name} {COMMANDS[name].example if name in COMMANDS else ''}".strip()
     parser = OneLineParser(prog=f"{program} {name}", description=description, example=example)
     command.add_arguments(parser)
     what = "print only the answer: no progress, no remarks"
@@ -153,14 +150,14 @@ def describe_system_error(error: OSError) -> str:
 def _describe(program: str) -> str:
     """Describes all commands by subject, within the width of the terminal."""
     lines = [f"usage: {program} COMMAND [options]", f"help:  {program} COMMAND --help"]
-    experiments = ", ".join(EXPERIMENTS)
+    experiments = ", ".join(SHORT)
     indent = " " * (3 + max(map(len, COMMANDS)))
     width = shutil.get_terminal_size().columns
     for subject, commands in SUBJECTS.items():
         lines += ["", f"{subject}:"]
-        for name, text in commands.items():
+        for name, entry in commands.items():
             lines += textwrap.wrap(
-                text, width, initial_indent=f"  {name}".ljust(len(indent)), subsequent_indent=indent
+                entry.help, width, initial_indent=f"  {name}".ljust(len(indent)), subsequent_indent=indent
             )
     short = f"{program} EXPERIMENT is short for {program} run EXPERIMENT; EXPERIMENT is {experiments}."
     lines += ["", *textwrap.wrap(short, width), f"{program} --version prints the version."]

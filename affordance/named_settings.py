@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 from affordance.arguments import check_kind
 from affordance.belief.learner import Learner
-from affordance.belief.prior import describe_former
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, suggest
 from affordance.files.bounded import parse_yaml
 from affordance.files.constraints import Setting, list_field_types
@@ -29,16 +28,6 @@ type Changes = Mapping[str, Any]
 # Noise models by name.
 NOISE_MODELS: Mapping[str, type[WeberNoise | WhiteNoise]] = {"weber": WeberNoise, "white": WhiteNoise}
 NO_CHANGES: Changes = {}
-# Names of settings, by their names in earlier versions.
-FORMER = {
-    "integration_scheme": "integrator.scheme",
-    "accuracy": "integrator.accuracy",
-    "stiff_accuracy": "integrator.stiff_accuracy",
-    "max_step_size": "integrator.max_step",
-    "contact_scheme": "integrator.contact_scheme",
-    "contact_accuracy": "integrator.contact_accuracy",
-    "contact_max_step_size": "integrator.contact_max_step",
-}
 _NOISE, _MODEL, _LEARNER = "noise", "model", "learner"
 _NOISE_MODEL = f"{_NOISE}.{_MODEL}"
 _MODEL_SOURCE = (
@@ -91,7 +80,7 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
     for name, value in flat.items():
         known = [each.name for each in list_settings(settings)]
         if name not in known:
-            raise BadValueError(source, f"{prefix}{name}", _describe_unknown(name, value, known))
+            raise BadValueError(source, f"{prefix}{name}", _describe_unknown(name, known))
         try:
             settings = _replace(settings, name.split("."), value)
         except BadArgumentError as error:
@@ -136,7 +125,7 @@ def list_usual(settings: Settings) -> list[NamedSetting]:
         for each in list_settings(replace(settings, learner=settings.learner.usual))
         if each.name.startswith(f"{_LEARNER}.")
     ]
-    return [*list_settings(), *learner]
+    return [*list_settings(type(settings)()), *learner]
 
 
 def show_setting(value: float | str | bool | None) -> str:
@@ -165,16 +154,12 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
             yield from _walk(value, f"{path}.")
 
 
-def _describe_unknown(name: str, value: Any, known: Sequence[str]) -> str:
-    """Describes an unknown name, with its current name if it was renamed, or else similar names."""
-    if name in FORMER:
-        return f"is now {FORMER[name]}"
-    if name == "prior.deviation_sd":
-        return describe_former(value)
+def _describe_unknown(name: str, known: Sequence[str]) -> str:
+    """Describes an unknown name, with similar names."""
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
     if siblings:
         return describe_choice(name, siblings)
-    return f"is not a setting{suggest(name, known)} (affordance settings lists all)"
+    return f"is not a setting{suggest(name, known)} (docs/assumptions.md lists all)"
 
 
 def _flatten(changes: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:

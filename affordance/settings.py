@@ -14,16 +14,17 @@ from typing import Annotated
 from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
-from affordance.belief.learner import Learner, check_learner
+from affordance.belief.learner import Learner
+from affordance.belief.learners import DENSITY, check_learner
 from affordance.control.cost_measure import CostMeasure
-from affordance.control.participant import Participant
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import Checked, OneOf, Setting, Within, check_fields
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
-from affordance.vision.features import FeatureSource, VisionError
+from affordance.vision.eye import Eye, check_eye
+from affordance.vision.features import VisionError
 
 # Bounds that limit a simulation's time and memory; SECURITY.md gives both at each bound.
 _PERIOD, _POSTERIOR_PERIOD = Within(1e-4, 60.0), Within(0.01, 60.0)
@@ -104,13 +105,12 @@ class Settings:
         prior: Prior of the density of a material that was never held.
         learner: Learner of all observers, or its name: "density", "kinds_map" or "kinds_drawn". The paper's learner
             has one density per colour. For robots, ``ARM_LEARNER`` in ``belief.learners`` is recommended.
-        participant: How simulated people push, and how they differ, in lifts that are computed in closed form.
         noise: Errors of measured joint torques.
         acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; zero in the
             paper.
         cost_measure: Measure by which options are compared.
         vision_error: Errors of measured features; zero in the paper.
-        feature_source: True features with errors (vision_error), or features from pictures.
+        eye: Function that measures features, such as in pictures; None for the true ones with errors (vision_error).
         mpc: Horizon, steps and weights of the controller.
         angle_margin: Margin that the controller keeps from position limits, [rad].
         control_period: Time between two plans of the controller, [s].
@@ -134,14 +134,13 @@ class Settings:
     arm: Path = ARM
     prior: Prior = Prior()
     learner: Annotated[Learner, Checked(check_learner), Setting("", "the paper's (docs/decisions/0026-kinds.md)")] = (
-        "density"  # type: ignore[assignment]  # replaced by the learner of this name
+        DENSITY
     )
-    participant: Participant = Participant()
     noise: NoiseModel = WeberNoise()
     acceleration_sd: Annotated[float, Within(0.0, 100.0), Setting("rad/s^2", "the paper assumes none")] = 0.0
     cost_measure: Annotated[CostMeasure, Setting("", "paper, eq. 4")] = CostMeasure.WORK
     vision_error: VisionError = VisionError()
-    feature_source: Annotated[FeatureSource, Setting("", "paper, IV-A")] = FeatureSource.FEATURES
+    eye: Annotated[Eye | None, Checked(check_eye)] = None
     mpc: MpcSettings = MpcSettings()
     angle_margin: Annotated[
         float,

@@ -2,15 +2,14 @@
 
 from pathlib import Path
 
-from affordance.experiments import weight
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation.diagram import build_trial_diagram
+from affordance.simulation.diagram import TrialDiagram
 
 
 def main() -> None:
     """Writes one .dot and one .svg file; all experiments run Diagrams wired like this, with other tools and tasks."""
-    trial = build_trial_diagram(DEFAULT_SETTINGS, weight.DURATION)
+    trial = TrialDiagram(DEFAULT_SETTINGS)
     save_diagram(trial.diagram, Path(__file__).parent, "weight")
 
 

@@ -22,12 +22,12 @@ from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.commands.catalogue import COMMANDS, Command, load_command
 from affordance.commands.parser import OneLineParser
 from affordance.exceptions import AffordanceError
+from affordance.extensions.payload.settings import PRIORS, IdentificationSettings, SignalKind
+from affordance.extensions.pixels.seen_tool import ERROR
 from affordance.files.constraints import Setting
 from affordance.files.model_folder import import_study, list_studies
-from affordance.identification.settings import PRIORS, IdentificationSettings, SignalKind
 from affordance.named_settings import list_settings, read_meanings, show_setting
 from affordance.proprioception.faults import Faults
-from affordance.vision.pixels.seen_tool import ERROR
 
 _MARK = re.compile(r"^<!-- generated: (?P<part>\w+) -->$", re.MULTILINE)
 _CHAPTERS = re.compile(r"^(#+ (?P<title>[^\n]*)\n(?P<text>(?:(?!^#)[\s\S])*?))<!-- toctree -->$", re.MULTILINE)
@@ -41,9 +41,9 @@ _FORMATS = {
     "nail.yaml, or another file of `kind: hammer`": "affordance.choice.hammer.HammerEntry",
     "tasks/carry.yaml, or another file of `kind: carry`": "affordance.choice.carry.CarryEntry",
     "tasks/hold.yaml, or another file of `kind: hold`": "affordance.choice.keep.KeepEntry",
-    "RUN.yaml, which describes the recording RUN.csv": "affordance.identification.recording.run_entry.RunEntry",
-    "The payload on a controller, of `--claimed`": "affordance.identification.payload_formats.PayloadEntry",
-    "gains.yaml, which `identify` writes and `--gains` reads": "affordance.identification.evidence.gains._GainsEntry",
+    "RUN.yaml, which describes the recording RUN.csv": "affordance.extensions.payload.recording.run_entry.RunEntry",
+    "The payload on a controller, of `--claimed`": "affordance.extensions.payload.payload_formats.PayloadEntry",
+    "gains.yaml, of `identify` and `--gains`": "affordance.extensions.payload.evidence.gains._GainsEntry",
     "faults.yaml, an entry, of `--fault`": "affordance.proprioception.faults._FaultsEntry",
 }
 # Models whose keys are those of a class, which says what they mean.
@@ -138,7 +138,7 @@ def describe_class(name: str) -> str:
 
 def list_commands() -> str:
     """Every command with its usage and options."""
-    return "\n\n".join(_describe_command(name, text, load_command(name)) for name, text in COMMANDS.items())
+    return "\n\n".join(_describe_command(name, entry.help, load_command(name)) for name, entry in COMMANDS.items())
 
 
 def describe_studies() -> str:

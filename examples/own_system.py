@@ -8,13 +8,10 @@ Prints:
     it weighs 0.40 kg; brass: 7080 to 8623 kg/m^3
 """
 
-from dataclasses import replace
-
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance import MODELS, TrialRunner, load_tools
 from affordance.drake.sampled_system import SampledSystem
-from affordance.simulation.trial import finish
 
 
 class MassWatch(SampledSystem):
@@ -34,16 +31,17 @@ class MassWatch(SampledSystem):
 
 rod, *_ = load_tools(MODELS / "tools" / "weight.yaml")
 runner = TrialRunner()
-trial = runner.get_diagram(1.0)
+trial = runner.get_diagram()
 
 builder = DiagramBuilder()
 paper = builder.AddNamedSystem(
     "paper", trial.diagram
-)  # figure 2, with features, measurement and posterior as outputs
+)  # figure 2, with features, measured_tau and posterior as outputs
 watch = builder.AddNamedSystem("mass_watch", MassWatch())
 builder.Connect(paper.GetOutputPort("posterior"), watch.GetInputPort("posterior"))
-whole = replace(trial, diagram=builder.Build())
+trial.diagram = builder.Build()  # which the trial now sets up and runs
 
-record = finish(whole, runner.prepare(whole, rod, trial.hold, runner.start_memory(), seed=0), rod)
+simulator = trial.prepare(trial.diagram.CreateDefaultContext(), rod, trial.hold, runner.start_memory(), seed=0)
+record = trial.finish(simulator, rod, duration=1.0)
 brass = record.memory.density("brass")
 print(f"it weighs {rod.mass:.2f} kg; brass: {brass.p25:.0f} to {brass.p75:.0f} kg/m^3")

@@ -33,8 +33,11 @@ from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.problem import TerminalGoal, compute_responses
 from affordance.control.strike import Strike
-from affordance.experiments import experience, hammer, linear, reach, weight
-from affordance.experiments.observers import Setup
+from affordance.experiments import hammer, reach, weight
+from affordance.experiments.shared import experience
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.people.experiments import linear
+from affordance.extensions.people.static_lifts import StaticLifter
 from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.chain_plant import build_chain
@@ -42,7 +45,6 @@ from affordance.plant.load import add_arm, load_arm
 from affordance.reporting.formatting import tabulate
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.rollout import roll_out
-from affordance.simulation.static_lifts import StaticLifter
 from affordance.simulation.trial import TrialRunner
 
 SETTINGS = DEFAULT_SETTINGS
@@ -221,8 +223,8 @@ def measure_strike() -> list[Row]:
         costs = task.build_cost(model, tool.components, SETTINGS)
         planned = plan_strike(costs, task, model, tool.parameters, SETTINGS)
         strike = Strike(planned.swing, planned.placement, SETTINGS.control_period)
-        trial = runner.get_diagram(strike.compute_duration(SETTINGS.mpc.horizon), tool, planned.placement)
-        simulator = runner.prepare(trial, tool, strike, memory, (0,))
+        trial = runner.get_diagram(tool, planned.placement)
+        simulator = trial.prepare(trial.diagram.CreateDefaultContext(), tool, strike, memory, (0,))
         touch, leave = strike.contact
         contact = leave - touch
         simulator.AdvanceTo(touch)

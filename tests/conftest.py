@@ -1,9 +1,10 @@
 """Fixtures that several modules share. Plants and Diagrams take long to build, so one of each serves a process."""
 
+import functools
 import gc
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +15,8 @@ import numpy as np
 import pytest
 from helpers.children import Start, keep_children
 from helpers.kept_plans import keep_plans
-from helpers.shared import find_shared_folder
+from helpers.shared import compute_once, find_shared_folder
+from helpers.shipped_runs import Run, run_shipped
 from helpers.two_tools import HELD
 from matplotlib.figure import Figure
 
@@ -41,11 +43,11 @@ LONGEST = (
     "vision/pixels/test_seen_tool.py",
     "studies/calibration/test_calibration.py",
     "system/test_command_line.py",
-    "commands/test_watch.py",
-    "identification/test_identify.py",
+    "commands/watch/test_watch.py",
+    "extensions/payload/test_identify.py",
     "runs/test_cluster.py",
     "system/test_readme.py",
-    "identification/test_doubts.py",
+    "extensions/payload/test_doubts.py",
     "belief/test_truncated_normal.py",
     "robots/test_fitting.py",
     "commands/test_identify.py",
@@ -198,3 +200,21 @@ def own_model(arm: Arm) -> ArmModel:
 def planned(hammer: Hammer, own_model: ArmModel) -> dict[str, BlowCost]:
     """Blows with the stick, by its grips."""
     return {grip: hammer.build_cost(own_model, tool.components, DEFAULT_SETTINGS) for grip, tool in HELD.items()}
+
+
+@pytest.fixture(scope="session")
+def get_shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Run]:
+    """Function that returns the small run of a shipped experiment, by its name."""
+    out = find_shared_folder(tmp_path_factory) / "shipped"
+
+    @functools.cache
+    def get(name: str) -> Run:
+        return compute_once(tmp_path_factory, f"shipped_{name}", lambda: run_shipped(name, out))
+
+    return get
+
+
+@pytest.fixture(scope="module")
+def shipped(request: pytest.FixtureRequest, get_shipped: Callable[[str], Run]) -> Run:
+    """Small run of the experiment that the module of the test is about, ``test_NAME.py``."""
+    return get_shipped(request.path.stem.removeprefix("test_"))

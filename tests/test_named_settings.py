@@ -6,7 +6,6 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.belief.learners import KINDS_MAP
-from affordance.belief.prior import Prior
 from affordance.exceptions import BadValueError
 from affordance.named_settings import change_settings, describe_changes, list_settings, parse_changes, parse_value
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
@@ -26,7 +25,7 @@ def list_leaves(holder, prefix=""):
 
 
 def test_every_field_has_a_name_but_the_arm():
-    assert {*NAMES} == {*list_leaves(DEFAULT_SETTINGS), "noise.model"} - {"arm"}
+    assert {*NAMES} == {*list_leaves(DEFAULT_SETTINGS), "noise.model"} - {"arm", "eye"}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -79,9 +78,8 @@ def test_values_are_read_as_in_yaml():
 
 
 def test_texts_of_choices_and_paths_serve_in_python_too(tmp_path):
-    settings = Settings(learner="kinds_map", feature_source="pixels", arm=str(tmp_path / "arm.dmd.yaml"))
+    settings = Settings(learner="kinds_map", arm=str(tmp_path / "arm.dmd.yaml"))
     assert settings.learner is KINDS_MAP
-    assert settings.feature_source.value == "pixels"
     assert settings.arm == tmp_path / "arm.dmd.yaml"
 
 
@@ -126,39 +124,3 @@ def test_settings_are_checked_when_they_are_made(changes, message):
 )
 def test_mistake_in_a_setting_is_refused(word, said):
     assert said in refuse(lambda: change_settings(DEFAULT_SETTINGS, parse_changes([word])))
-
-
-@pytest.mark.parametrize(
-    ("former", "present"),
-    [
-        ("integration_scheme", "integrator.scheme"),
-        ("accuracy", "integrator.accuracy"),
-        ("stiff_accuracy", "integrator.stiff_accuracy"),
-        ("max_step_size", "integrator.max_step"),
-        ("contact_scheme", "integrator.contact_scheme"),
-        ("contact_accuracy", "integrator.contact_accuracy"),
-        ("contact_max_step_size", "integrator.contact_max_step"),
-    ],
-)
-def test_former_name_of_a_setting_is_answered_with_the_present_one(former, present):
-    assert refuse(change_settings, DEFAULT_SETTINGS, {former: 1}) == f"settings: {former}: is now {present}"
-    assert present in NAMES
-
-
-@pytest.mark.parametrize(
-    ("value", "nearest"),
-    [
-        (100, "0.067 for 100 kg/m^3 at a density of 1500 kg/m^3"),
-        (0, "0 for 0 kg/m^3 at a density of 1500 kg/m^3"),
-        (1e6, "such as 0.06"),
-        (-1, "such as 0.06"),
-        (float("nan"), "such as 0.06"),
-        ("wide", "such as 0.06"),
-        (True, "such as 0.06"),
-    ],
-)
-def test_absolute_deviation_of_earlier_versions_is_answered_with_the_nearest_fraction(value, nearest):
-    problem = f"is now called deviation, a fraction of the density: {nearest}"
-    for changes in ({"prior": {"deviation_sd": value}}, {"prior.deviation_sd": value}):
-        assert refuse(change_settings, DEFAULT_SETTINGS, changes) == f"settings: prior.deviation_sd: {problem}"
-    assert refuse(Prior, deviation_sd=value) == f"Prior: deviation_sd: {problem}"

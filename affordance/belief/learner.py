@@ -5,7 +5,6 @@ first dimension is that of B observers (or particles; an arm is a single observe
 restored unchanged, and its rows are observers. Where lengths differ between observers, arrays are padded with zeros.
 """
 
-import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -20,7 +19,7 @@ from affordance.belief.normals import Normals
 from affordance.belief.prior import Prior
 from affordance.belief.rows import Seen as Seen
 from affordance.belief.rows import State as State
-from affordance.exceptions import AffordanceError, BadArgumentError, describe_choice, show_value
+from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.files.constraints import check_fields
 
 
@@ -224,22 +223,6 @@ class Learner(ABC):
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
         """Returns the index of the seen object's group for each of its m colours, (B, m)."""
         return np.broadcast_to(np.array(seen.colours, dtype=np.intp), (len(seen.things), len(seen.colours)))
-
-
-def check_learner(name: str, value: Any) -> Learner:
-    """Returns a learner, looked up if its name is given; any other value raises a BadArgumentError."""
-    if isinstance(value, Learner):
-        return value
-    if isinstance(value, type) and issubclass(value, Learner):
-        return value()
-    if not isinstance(value, str):
-        raise BadArgumentError(name, "", f"is {show_value(value)}, must be a Learner or the name of one")
-    known: Mapping[str, Learner] = importlib.import_module(
-        "affordance.belief.learners"
-    ).LEARNERS  # it imports this file
-    if value not in known:
-        raise BadArgumentError(name, "", describe_choice(value, known))
-    return known[value]
 
 
 def describe_start(parameters: Any, prior: Prior, size: int) -> State:

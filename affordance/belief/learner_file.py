@@ -1,25 +1,26 @@
-"""Loads learners that are named on the command line: built-in ones by name, a user's own as ``FILE.py:CLASS``."""
+"""Loads a user's own learner, named as ``FILE.py:CLASS``."""
 
 import inspect
+from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.belief.learner import Learner
-from affordance.belief.learners import LEARNERS, RIVALS
 from affordance.exceptions import BadValueError, describe_choice, show_value
 from affordance.runs.program_file import load_program
 
 _OPTION = "--learner"
 
 
-def load_learner(word: str) -> Learner:
-    """Returns the learner with a name, or runs a Python file and returns the learner of a class in it.
+def load_learner(word: str, known: Sequence[str] = ()) -> Learner:
+    """Runs a Python file and returns the learner of a class in it, named as FILE.py:CLASS.
+
+    Args:
+        word: File and class.
+        known: Names of built-in learners, which the user's own must not have.
 
     Raises:
-        BadValueError: There is no such learner, file or class, the file fails to run, or the class is not a learner.
+        BadValueError: There is no such file or class, the file fails to run, or the class is not a learner.
     """
-    known = {**LEARNERS, **RIVALS}
-    if word in known:
-        return known[word]
     file, _, name = word.rpartition(":")
     if not file.endswith(".py"):
         example = f"{word}:CLASS" if word.endswith(".py") else "FILE.py:CLASS"

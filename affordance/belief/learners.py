@@ -1,26 +1,31 @@
 """Learners that the program has, by their names in files and on the command line."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from affordance.belief.kinds_learner import Kinds, Pick
 from affordance.belief.learner import Learner
 from affordance.belief.one_density import OneDensity
-from affordance.belief.rivals import NothingRemembered, OwnAndShared, OwnMemory
+from affordance.exceptions import BadArgumentError, describe_choice, show_value
 
 DENSITY, KINDS_MAP, KINDS_DRAWN = OneDensity(), Kinds(Pick.MAP), Kinds(Pick.DRAWN)
 LEARNERS: Mapping[str, Learner] = {each.name: each for each in (DENSITY, KINDS_MAP, KINDS_DRAWN)}
-NOTHING_REMEMBERED, OWN_MEMORY, OWN_AND_SHARED = NothingRemembered(), OwnMemory(), OwnAndShared()
-# Further ones that are compared with them on people's lifts, and are simulated only where they are named.
-RIVALS: Mapping[str, Learner] = {each.name: each for each in (NOTHING_REMEMBERED, OWN_MEMORY, OWN_AND_SHARED)}
 # The default for a working arm: an odd object does not spoil the belief about its material, and without odd objects
 # it behaves as a learner with one density for each colour (docs/decisions/0026-kinds.md).
 ARM_LEARNER = KINDS_MAP
 
 
-def label_learner(name: str) -> str:
-    """Returns the name in words of a learner's name in files."""
-    known = {**LEARNERS, **RIVALS}
-    return known[name].label if name in known else name
+def check_learner(name: str, value: Any) -> Learner:
+    """Returns a learner, looked up if its name is given; any other value raises a BadArgumentError."""
+    if isinstance(value, Learner):
+        return value
+    if isinstance(value, type) and issubclass(value, Learner):
+        return value()
+    if not isinstance(value, str):
+        raise BadArgumentError(name, "", f"is {show_value(value)}, must be a Learner or the name of one")
+    if value not in LEARNERS:
+        raise BadArgumentError(name, "", describe_choice(value, LEARNERS))
+    return LEARNERS[value]
 
 
 def list_learners(chosen: Learner) -> list[Learner]:

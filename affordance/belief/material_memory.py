@@ -17,7 +17,8 @@ from affordance.arrays import Array
 from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, Density, DensityBelief, FindLikelihood, summarise_density
 from affordance.belief.felt_object import AtHand, FeltObject, Thing
-from affordance.belief.learner import Groups, Learner, Seen, State, check_learner, describe_prior
+from affordance.belief.learner import Groups, Learner, Seen, State, describe_prior
+from affordance.belief.learners import check_learner
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
 from affordance.belief.prior import Prior

@@ -1,12 +1,12 @@
 """Belief about the object at hand: its densities and geometry, with the memory of all materials."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry
 
@@ -18,7 +18,7 @@ class ObjectBelief:
     Densities are in the order of Phi's columns; ``colours`` are the indices of their colours in the memory.
     """
 
-    memory: Any  # a MaterialMemory, not named here because importing its module takes long
+    memory: MaterialMemory
     densities: DensityBelief
     geometry: Geometry
     colours: tuple[int, ...] = ()

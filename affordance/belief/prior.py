@@ -1,9 +1,8 @@
 """Prior of the density of materials that were never held."""
 
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated
 
-from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.inertia import DENSITY_MAX
 
@@ -11,7 +10,6 @@ from affordance.objects.inertia import DENSITY_MAX
 _SD_MAX = 1e12
 # Density that converts an absolute deviation of earlier versions to a fraction: that of the objects of Linear+ and
 # Linear++, [kg/m^3].
-_FORMER_DENSITY = 1500.0
 
 
 @dataclass(frozen=True)
@@ -47,18 +45,3 @@ class Prior(CheckedFields):
         Within(0.0, 1.0),
         Setting("1", "root mean square of the spreads of materials, 0.01 to 0.1 (docs/decisions/0003-prior.md)"),
     ] = 0.06
-
-    def __new__(cls, *args: object, **kwargs: object) -> Self:
-        """Rejects the absolute deviation of earlier versions."""
-        if "deviation_sd" in kwargs:
-            raise BadArgumentError("Prior", "deviation_sd", describe_former(kwargs["deviation_sd"]))
-        return super().__new__(cls)
-
-
-def describe_former(value: object) -> str:
-    """Explains how a deviation of earlier versions, in kg/m^3, is given now, with the nearest value."""
-    if isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= _FORMER_DENSITY:
-        nearest = f"{value / _FORMER_DENSITY:.2g} for {value:g} kg/m^3 at a density of {_FORMER_DENSITY:g} kg/m^3"
-    else:
-        nearest = "such as 0.06"
-    return f"is now called deviation, a fraction of the density: {nearest}"

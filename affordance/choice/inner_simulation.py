@@ -22,7 +22,7 @@ from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.vision.systems import measure_geometry
+from affordance.vision.prediction import measure_geometry
 
 # Largest total numbers of control periods (170 bytes each) and of samples (200 bytes each) over all options.
 _MOST_PERIODS, _MOST_SAMPLES = 5_000_000, 5_000_000

@@ -1,70 +1,153 @@
-"""Help and examples of all commands, grouped by subject."""
+"""Everything that the command line finds by name: commands, experiments and learners.
+
+The program is the one place that knows the paper and all extensions. Nothing is imported before it is used, so that
+``--help`` stays fast and the paper's simulations run without the extensions.
+"""
 
 import argparse
 import importlib
-from typing import Protocol, cast
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
-# One line of help per command, grouped by subject. They are kept here so that --help imports no command. A dash in a
-# command's name is an underscore in the name of its module.
-SUBJECTS = {
-    "Simulated people and robots": {
-        "run": "run the paper's simulations or other experiments; write numbers, figures and a report",
-        "watch": "watch an observer in an experiment, live in the browser",
-        "film": "write a film of an experiment: the arm with each object, side by side",
-        "predict": "predict what each learner would do in an experiment, and which number separates them best",
-        "lift": "simulate the trials of a table: observers lift, hold or look at objects",
-        "fit": "fit a learner to the pushes of people, person by person or pooled",
-        "compare-learners": "find the learner that predicts each person's lifts best, one trial ahead",
-        "new-experiment": "write a runnable example experiment in Python, for you to change",
+from affordance.exceptions import BadArgumentError, describe_choice
+
+if TYPE_CHECKING:  # importing them needs Drake, without which doctor and --help must run
+    from affordance.belief.learner import Learner
+    from affordance.experiments.shared.experiment import Experiment
+
+
+class Entry(NamedTuple):
+    """Command of the program.
+
+    Attributes:
+        help: One line of help.
+        example: Arguments of the example with which its help ends.
+        folder: Subfolder of ``commands`` with its module; empty for none. A dash in a command's name is an underscore
+            in the name of its module.
+    """
+
+    help: str
+    example: str
+    folder: str = ""
+
+
+SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
+    "The paper's simulations": {
+        "run": Entry(
+            "run the paper's simulations or other experiments; write numbers, figures and a report",
+            "weight --repeats 20",
+        ),
+        "watch": Entry("watch an observer in an experiment, live in the browser", "com", "watch"),
+        "film": Entry("write a film of an experiment: the arm with each object, side by side", "weight out.gif"),
+    },
+    "Experiments with people": {
+        "predict": Entry(
+            "predict what each learner would do in an experiment, and which number separates them best",
+            "weight --repeats 20",
+            "people",
+        ),
+        "lift": Entry(
+            "simulate the trials of a table: observers lift, hold or look at objects",
+            "--trials trials.csv --objects objects.yaml",
+            "people",
+        ),
+        "fit": Entry(
+            "fit a learner to the pushes of people, person by person or pooled",
+            "lifts.csv --learner kinds_drawn",
+            "people",
+        ),
+        "compare-learners": Entry(
+            "find the learner that predicts each person's lifts best, one trial ahead", "lifts.csv", "people"
+        ),
+        "new-experiment": Entry(
+            "write a runnable example experiment in Python, for you to change", "my_experiment", "people"
+        ),
     },
     "Choice of tools": {
-        "guess": "estimate mass, centre of mass and inertia of objects from how they look, before they are held",
-        "rank": "rank tools and grips for a task, from drawings or pictures, and give the reasons",
-        "next": "advise which object to hold next before a tool is chosen, and when to stop",
-        "new-tools": "write a commented tools file to fill in, for rank and next",
+        "guess": Entry(
+            "estimate mass, centre of mass and inertia of objects from how they look, before they are held",
+            "tools.yaml",
+            "advice",
+        ),
+        "rank": Entry(
+            "rank tools and grips for a task, from drawings or pictures, and give the reasons",
+            "hammer --demo",
+            "advice",
+        ),
+        "next": Entry(
+            "advise which object to hold next before a tool is chosen, and when to stop", "hammer reach", "advice"
+        ),
+        "new-tools": Entry("write a commented tools file to fill in, for rank and next", "my_tools.yaml", "advice"),
     },
     "Robots and recordings": {
-        "import-arm": "make a model folder for the arm in a robot's file (URDF, SDF or MJCF)",
-        "compare-robots": "compare two files of one robot, joint by joint: mass, centre of mass, inertia, limits",
-        "excite": "design a motion from which mass, centre of mass, inertia or the cost of a task can be identified",
-        "identify": "identify a payload from recordings: mass, centre of mass and inertia, with intervals",
-        "memory": "show, edit or verify a lasting memory of the objects that robots have held",
+        "import-arm": Entry(
+            "make a model folder for the arm in a robot's file (URDF, SDF or MJCF)",
+            "robot.urdf --out my_arm",
+            "robots",
+        ),
+        "compare-robots": Entry(
+            "compare two files of one robot, joint by joint: mass, centre of mass, inertia, limits",
+            "old.urdf new.urdf",
+            "robots",
+        ),
+        "excite": Entry(
+            "design a motion from which mass, centre of mass, inertia or the cost of a task can be identified",
+            "--for com",
+            "payload",
+        ),
+        "identify": Entry(
+            "identify a payload from recordings: mass, centre of mass and inertia, with intervals",
+            "--demo",
+            "payload",
+        ),
+        "memory": Entry(
+            "show, edit or verify a lasting memory of the objects that robots have held",
+            "show robot.sqlite",
+            "memory",
+        ),
     },
     "Program": {
-        "settings": "list the settings that --set changes, with value, unit and source",
-        "study": "run a long study (minutes to hours): affordance study NAME; without NAME, list all",
-        "tutorials": "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter",
-        "doctor": "check which parts work on this machine, and say how to install the others",
-        "completion": "print a script that completes commands and options in a shell",
+        "study": Entry("run a long study (minutes to hours); without NAME, list all", "people"),
+        "tutorials": Entry(
+            "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter", "--copy-only"
+        ),
+        "doctor": Entry("check which parts work on this machine, and say how to install the others", ""),
     },
 }
-COMMANDS = {name: text for group in SUBJECTS.values() for name, text in group.items()}
-# Arguments of the example with which a command's help ends.
-EXAMPLES = {
-    "run": "weight --repeats 20",
-    "watch": "com",
-    "film": "weight out.gif",
-    "predict": "weight --repeats 20",
-    "lift": "--trials trials.csv --objects objects.yaml",
-    "fit": "lifts.csv --learner kinds_drawn",
-    "compare-learners": "lifts.csv",
-    "new-experiment": "my_experiment",
-    "guess": "tools.yaml",
-    "rank": "hammer --demo",
-    "next": "hammer reach",
-    "new-tools": "my_tools.yaml",
-    "import-arm": "robot.urdf --out my_arm",
-    "compare-robots": "old.urdf new.urdf",
-    "excite": "--for com",
-    "identify": "--demo",
-    "memory": "show robot.sqlite",
-    "settings": "prior noise",
-    "study": "people",
-    "tutorials": "--copy-only",
-    "completion": "bash",
+COMMANDS = {name: entry for group in SUBJECTS.values() for name, entry in group.items()}
+
+# Experiments, each as the module and name of the object: the paper's four, then those of extensions.
+_PEOPLE = "affordance.extensions.people.experiments"
+_EXPERIMENTS = {
+    "weight": ("affordance.experiments.weight", "EXPERIMENT"),
+    "com": ("affordance.experiments.com", "EXPERIMENT"),
+    "reach": ("affordance.experiments.reach", "EXPERIMENT"),
+    "hammer": ("affordance.experiments.hammer", "EXPERIMENT"),
+    "vision": ("affordance.extensions.pixels.experiments.vision", "EXPERIMENT"),
+    "linear_plus": (f"{_PEOPLE}.linear", "LINEAR_PLUS"),
+    "linear_plus_plus": (f"{_PEOPLE}.linear", "LINEAR_PLUS_PLUS"),
+    "spoilt_family": (f"{_PEOPLE}.spoilt_family", "EXPERIMENT"),
+    "two_families": (f"{_PEOPLE}.two_families", "EXPERIMENT"),
+    "next_lift": ("affordance.extensions.advice.experiments.next_lift", "EXPERIMENT"),
+    "ladder": (f"{_PEOPLE}.ladder", "EXPERIMENT"),
+    "two_ends": (f"{_PEOPLE}.two_ends", "EXPERIMENT"),
+    "shallow_family": (f"{_PEOPLE}.shallow_family", "EXPERIMENT"),
+    "illusions": (f"{_PEOPLE}.illusions", "EXPERIMENT"),
 }
-# Experiments that can be called without ``run``, as in ``affordance weight``.
-EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
+EXPERIMENTS = tuple(_EXPERIMENTS)
+# Words that can be used without ``run``, as in ``affordance weight``.
+SHORT = ("all", "weight", "com", "reach", "hammer", "vision")
+
+# The program's learners by their names, each as the module and name of the object.
+_LEARNERS = {
+    "density": ("affordance.belief.learners", "DENSITY"),
+    "kinds_map": ("affordance.belief.learners", "KINDS_MAP"),
+    "kinds_drawn": ("affordance.belief.learners", "KINDS_DRAWN"),
+    "nothing_remembered": ("affordance.extensions.people.rivals", "NOTHING_REMEMBERED"),
+    "own_memory": ("affordance.extensions.people.rivals", "OWN_MEMORY"),
+    "own_and_shared": ("affordance.extensions.people.rivals", "OWN_AND_SHARED"),
+}
+LEARNER_NAMES = tuple(_LEARNERS)
 
 
 class Command(Protocol):
@@ -83,5 +166,22 @@ class Command(Protocol):
 
 def load_command(name: str) -> Command:
     """Imports the module of a command."""
-    module: object = importlib.import_module(f"affordance.commands.{name.replace('-', '_')}")
+    folder = f"{COMMANDS[name].folder}." if COMMANDS[name].folder else ""
+    module: object = importlib.import_module(f"affordance.commands.{folder}{name.replace('-', '_')}")
     return cast(Command, module)
+
+
+def find_experiment(name: str) -> "Experiment":
+    """Imports an experiment by its name; raises a BadArgumentError for an unknown name."""
+    if name not in _EXPERIMENTS:
+        raise BadArgumentError("experiment", "", describe_choice(name, EXPERIMENTS))
+    return cast("Experiment", _load(*_EXPERIMENTS[name]))
+
+
+def find_learner(name: str) -> "Learner | None":
+    """Imports a learner of the program by its name; None if there is none of this name."""
+    return cast("Learner", _load(*_LEARNERS[name])) if name in _LEARNERS else None
+
+
+def _load(module: str, name: str) -> Any:
+    return getattr(importlib.import_module(module), name)

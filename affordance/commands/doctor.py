@@ -7,7 +7,6 @@ import importlib.util
 import json
 import logging
 import platform
-import time
 from collections.abc import Callable
 
 from affordance.drake.system_libraries import find_missing, hide_font_warnings, provide_libraries, write_command
@@ -94,12 +93,8 @@ def _check_solvers() -> str:
 
 
 def _check_renderer() -> str:
-    rig = importlib.import_module("affordance.vision.pixels.rig")
-    tool = importlib.import_module("affordance.objects.load")
-    tools = tool.load_tools(MODELS / "tools" / "weight.yaml", tool.load_materials(MODELS / "materials.yaml"))
-    start = time.perf_counter()
-    rig.render(tools[0])
-    return f"works, a picture takes {1e3 * (time.perf_counter() - start):.0f} ms"
+    message: str = importlib.import_module("affordance.extensions.pixels.pixel_eye").check_renderer()
+    return message
 
 
 def _check_graphviz() -> str:

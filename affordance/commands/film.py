@@ -7,11 +7,10 @@ from pathlib import Path
 
 from affordance.arguments import check_number
 from affordance.commands import options
+from affordance.commands.catalogue import find_experiment
 from affordance.commands.setups import check_experiment, read_setup
-from affordance.experiments.suite import find_experiment
 from affordance.reporting.film import check_film, write_film
 from affordance.reporting.replay import Replay
-from affordance.robots.kept import open_robot
 
 _FILMED = ("weight", "com", "reach", "hammer", "next_lift")
 
@@ -43,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_number("--seconds", arguments.seconds, 0.1, 60.0, "s")
     check_number("--slower", arguments.slower, 0.1, 100.0)
     check_film(arguments.file)
-    robot = open_robot(*options.read_robot(arguments))
+    robot = options.open_robot(arguments)
     print("One observer is simulated and each picture rendered, which takes about a minute.", flush=True)
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
         warnings.simplefilter("ignore")  # statistics of a single observer

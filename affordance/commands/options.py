@@ -2,43 +2,39 @@
 
 import argparse
 import json
-import math
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from affordance.arguments import JOBS, REPEATS, check_number, check_whole
+from affordance.arguments import JOBS, REPEATS, check_whole
 from affordance.belief.density_belief import Prior
+from affordance.belief.learner import Learner
 from affordance.belief.learner_file import load_learner
-from affordance.belief.learners import LEARNERS, RIVALS
+from affordance.commands.catalogue import LEARNER_NAMES, find_learner
 from affordance.commands.parser import OUTPUT, ROBOT, find_group
 from affordance.exceptions import PROSE, AffordanceError, BadValueError, describe_choice, show_text
 from affordance.files.atomic import to_plain, write_json, write_text
+from affordance.files.bounded import suggest_file
 from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
-from affordance.memory.same_colours import SameColours, join_colours
 from affordance.named_settings import change_settings, list_settings, parse_changes
-from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
-from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
-from affordance.robots.importer import AXES, ImportOptions, parse_values
-from affordance.robots.xacro_file import parse_xacro
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from affordance.robot import Robot
+
 # Bounds of shared numbers. A value beyond any practical run is probably a typing error.
 BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
 
-def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str, former: Sequence[str] = ()) -> None:
-    """Adds ``--repeats``, whose help names what is repeated; former names still work but are hidden."""
+def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str) -> None:
+    """Adds ``--repeats``, whose help names what is repeated."""
     shown = what if default is None else f"{what} (default {default})"
     parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
-    for name in former:
-        parser.add_argument(name, type=int, dest="repeats", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
 
 
 def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
@@ -71,24 +67,56 @@ def add_models(parser: argparse.ArgumentParser, holds: str = "arm, materials and
 
 
 def add_robot(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--robot``, with its former names ``--models`` and ``--arm``, and the options of a robot's file."""
+    """Adds ``--robot`` and ``--tip``."""
     group = find_group(parser, ROBOT)
     help_ = "folder written by import-arm, or a robot's file, which is imported once (default: the paper's arm)"
     group.add_argument("--robot", type=Path, metavar="PATH", help=help_)
-    for former in ("--models", "--arm"):
-        group.add_argument(former, type=Path, dest="robot", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
-    add_arm_arguments(parser)
+    what = "link or frame of the robot's file that holds objects (default: the end of the longest limb)"
+    group.add_argument("--tip", help=what)
 
 
-def read_robot(arguments: argparse.Namespace) -> tuple[Path | None, ImportOptions, Path]:
-    """Returns the robot, its import options, and the folder for imports, ``arms`` in the results folder."""
-    out: Path | None = getattr(arguments, "out", None)
-    return arguments.robot, read_options(arguments), (out or Path("results")) / "arms"
+def open_robot(arguments: argparse.Namespace) -> "Robot":
+    """Opens the robot of ``--robot``: a model folder, or a robot's file, which is imported once and cached.
+
+    Raises:
+        BadValueError: The path is neither a folder nor a file, the folder contains no arm, the file is invalid, or
+            ``--tip`` is given without a file.
+    """
+    from affordance.robot import Robot  # imported here, as commands without a robot start faster
+
+    path: Path | None = arguments.robot
+    if path is not None and path.is_file():
+        # Imported here, as only a robot's file needs the importer.
+        from affordance.extensions.robots.importer import ImportOptions
+        from affordance.extensions.robots.kept import import_kept
+
+        root = (getattr(arguments, "out", None) or Path("results")) / "arms"
+        return Robot.load(import_kept(path, ImportOptions(tip=arguments.tip or ""), root))
+    if path is not None and not path.is_dir():
+        problem = f"is {str(path)!r}, which is neither a folder nor a robot's file{suggest_file(path)}"
+        raise BadValueError("--robot", "", problem)
+    if arguments.tip:
+        instead = "" if path is None else f" in place of the folder {path}"
+        raise BadValueError("--tip", "", f"applies to a robot's file only, which --robot must name{instead}")
+    return Robot() if path is None else Robot.load(path)
+
+
+def add_memory(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--memory`` and ``--same-colour`` to a command that runs one observer."""
+    what = "lasting memory (SQLite file): the observer starts with it, and every trial is added"
+    parser.add_argument("--memory", default="", metavar="MEMORY", help=what)
+    add_same_colours(parser)
+
+
+def add_same_colours(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--same-colour``, for colours that two cameras see differently."""
+    help_ = "treat two colours as one, as seen by two cameras, for example #b5a642=#c0b050; may be repeated"
+    parser.add_argument("--same-colour", action="append", default=[], metavar="A=B", help=help_)
 
 
 def add_set(
     parser: argparse.ArgumentParser,
-    what: str = "change a setting, for example prior.sd=8000; may be repeated; affordance settings lists all",
+    what: str = "change a setting, for example prior.sd=8000; may be repeated; docs/assumptions.md lists all",
 ) -> None:
     """Adds ``--set``, which changes settings by name."""
     parser.add_argument("--set", action="append", default=[], dest="changes", metavar="NAME=VALUE", help=what)
@@ -97,8 +125,17 @@ def add_set(
 def add_learner(parser: argparse.ArgumentParser) -> None:
     """Adds ``--learner``; see ``read_changes``."""
     default = DEFAULT_SETTINGS.learner.name
-    what = f"{', '.join([*LEARNERS, *RIVALS])}, or your own as FILE.py:CLASS, whose code is run (default {default})"
+    what = f"{', '.join(LEARNER_NAMES)}, or your own as FILE.py:CLASS, whose code is run (default {default})"
     parser.add_argument("--learner", metavar="LEARNER", help=what)
+
+
+def read_learner(word: str) -> Learner:
+    """Returns the learner with a name, or runs a Python file and returns the learner of a class in it.
+
+    Raises:
+        BadValueError: There is no such learner, file or class, the file fails to run, or the class is not a learner.
+    """
+    return find_learner(word) or load_learner(word, LEARNER_NAMES)
 
 
 def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -111,7 +148,9 @@ def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
     if word := getattr(arguments, "learner", None):
         if "learner" in changes:
             raise BadValueError("--set", "learner", "is given together with --learner, must be given once")
-        changes["learner"] = load_learner(word)
+        changes["learner"] = read_learner(word)
+    elif named := find_learner(str(changes.get("learner"))):
+        changes["learner"] = named
     return changes
 
 
@@ -168,7 +207,6 @@ def add_run_options(
     repeats: int | None,
     what: str,
     *,
-    former: Sequence[str] = (),
     seed: int = 0,
     jobs: int | None = None,
     models: str = "arm, materials and tools to use",
@@ -177,7 +215,7 @@ def add_run_options(
 
     If ``models`` is empty, the command takes a robot in place of a model folder.
     """
-    add_repeats(parser, repeats, what, former)
+    add_repeats(parser, repeats, what)
     add_seed(parser, seed)
     add_jobs(parser, jobs)
     add_out(parser)
@@ -218,62 +256,6 @@ def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str
             raise BadValueError("--set", name, f"has no effect here: {why}")
 
 
-def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments that describe an arm in a robot's file; shared by commands that import an arm."""
-    add = find_group(parser, ROBOT).add_argument
-    add("--tip", help="link or frame at the end of the arm that holds objects (default: the end of the longest limb)")
-    add("--base", help="link that is fixed to the world (default: the beginning of the limb)")
-    what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; for a negative one write --out-axis=-z"
-    add("--out-axis", metavar="AXIS", help=what)
-    what = "roll of the hand about its x axis, relative to the axes of the tip (default: z points up at home)"
-    add("--roll", type=float, metavar="DEGREES", help=what)
-    what = "joint positions (rad, m): those of the arm define its home, all other joints are frozen there"
-    add("--posture", nargs="+", default=[], metavar="JOINT=VALUE", help=what)
-    what = "inertia of rotors and gears reflected to the joints (kg m^2): one value for all, or JOINT=VALUE"
-    add("--rotor-inertia", nargs="+", default=[], metavar="VALUE", help=what)
-    what = "effort limits that replace those of the file (N m): one value for all, or JOINT=VALUE"
-    add("--effort", nargs="+", default=[], metavar="VALUE", help=what)
-    what = "velocity limits that replace those of the file (rad/s): one value for all, or JOINT=VALUE"
-    add("--velocity", nargs="+", default=[], metavar="VALUE", help=what)
-    add("--damping", choices=("file", "none"), default="file", help="joint damping: that of the file, or none")
-    what = "replace physically impossible inertias by the nearest possible ones, even where that changes the motion"
-    add("--mend-inertia", action="store_true", help=what)
-    what = (
-        "links whose weight the simulator compensates (MJCF): refuse them (file), or let the motors carry them (none)"
-    )
-    add("--gravcomp", choices=("file", "none"), default="file", help=what)
-    what = "arguments of a xacro template"
-    add("--xacro", nargs="+", default=[], metavar="NAME:=VALUE", help=what)
-    what = "folder of a package that a xacro template uses, if it is not found nearby; may be repeated"
-    add("--package", action="append", default=[], metavar="NAME=DIR", help=what)
-    what = "expand a xacro template, which runs Python code, even if the kernel cannot confine it"
-    add("--trust-xacro", action="store_true", help=what)
-    what = "axis of the robot's root that points up (default: opposite to the file's gravity, else z)"
-    add("--up", metavar="AXIS", help=what)
-    what = "height of the base above the origin (default: the file's)"
-    add("--base-height", type=float, metavar="METRES", help=what)
-
-
-def read_options(arguments: argparse.Namespace) -> ImportOptions:
-    """Builds options from the arguments that ``add_arm_arguments`` adds; an invalid one raises a BadValueError."""
-    return ImportOptions(
-        tip=arguments.tip or "",
-        base=arguments.base,
-        out_axis=arguments.out_axis,
-        roll=None if arguments.roll is None else math.radians(check_number("--roll", arguments.roll, -360.0, 360.0)),
-        posture=parse_values("--posture", arguments.posture),
-        rotor_inertia=parse_values("--rotor-inertia", arguments.rotor_inertia, unit="kg m^2"),
-        effort=parse_values("--effort", arguments.effort, unit="N m", may_be_zero=False),
-        velocity=parse_values("--velocity", arguments.velocity, unit="rad/s", may_be_zero=False),
-        damping=arguments.damping == "file",
-        mend_inertia=arguments.mend_inertia,
-        gravcomp=arguments.gravcomp == "file",
-        xacro=parse_xacro(arguments.xacro, arguments.package, trusts=arguments.trust_xacro),
-        height=arguments.base_height,
-        up=arguments.up,
-    )
-
-
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
     """Selects tools by name, or all of them if none is named.
 
@@ -289,29 +271,3 @@ def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> lis
         if not tool.grips:
             raise AffordanceError(f"{path}: {tool.name} has no grips, must have at least one")
     return chosen
-
-
-def add_same_colours(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--same-colour``, for colours that two cameras see differently."""
-    help_ = "treat two colours as one, as seen by two cameras, for example #b5a642=#c0b050; may be repeated"
-    parser.add_argument("--same-colour", action="append", default=[], metavar="A=B", help=help_)
-
-
-def read_same_colours(arguments: argparse.Namespace, at_hand: Mapping[str, Material]) -> SameColours:
-    """Reads the pairs of colours of ``--same-colour``.
-
-    If one colour of a pair is that of a material at hand, it is the first of the returned pair.
-
-    Raises:
-        BadValueError: If a word is not a colour, both colours are those of materials at hand, or pairs are given
-            without ``--memory``.
-    """
-    pairs = []
-    for word in arguments.same_colour:
-        one, _, other = word.partition("=")
-        if not (is_colour(one) and is_colour(other)):
-            raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
-        pairs.append((parse_colour(one), parse_colour(other)))
-    if pairs and not arguments.memory:
-        raise BadValueError("--same-colour", "", "applies to remembered colours, must be given with --memory")
-    return join_colours(pairs, {name: material.colour for name, material in at_hand.items()})

@@ -3,32 +3,23 @@
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.commands import options
-from affordance.commands.setups import check_experiment, check_learner, read_setup
+from affordance.commands.catalogue import EXPERIMENTS, find_experiment
+from affordance.commands.setups import check_experiment, check_learner, open_experiment, read_setup
 from affordance.commands.terminal import find_width
-from affordance.exceptions import AffordanceError, BadValueError
-from affordance.experiments.observers import Setup
-from affordance.experiments.suite import (
-    DESIGNS,
-    NAMES,
-    OF_THE_PAPER,
-    Experiment,
-    find_experiment,
-    open_experiment,
-    rehearse,
-    run_suite,
-)
+from affordance.exceptions import AffordanceError
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.suite import OF_THE_PAPER, rehearse, run_suite
 from affordance.files.bounded import read_json
-from affordance.memory.past_arms import describe_past_arms
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.reporting.formatting import break_line, count_observers, format_duration
-from affordance.robots.kept import open_robot
+from affordance.robot import Robot
 from affordance.runs.repeats import check_folder
-from affordance.vision.features import FeatureSource
+from affordance.settings import Settings
 
 # Exit status if some of several experiments were left out.
 LEFT_OUT = 3
@@ -37,23 +28,19 @@ LEFT_OUT = 3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    others = ", ".join(name for name in (*NAMES, *DESIGNS) if name not in OF_THE_PAPER)
+    others = ", ".join(name for name in EXPERIMENTS if name not in OF_THE_PAPER)
     what = f"{', '.join(OF_THE_PAPER)}, or all of these (default); {others}; or a Python file"
     add("experiment", nargs="?", default="all", help=what)
     what = (
         "number of observers, or of objects for vision (default: 200; from linear_plus on 40 to 50 of each learner)"
     )
     options.add_run_options(parser, None, what, models="")
-    what = (
-        "use true features of objects (features, default), or detect them in pictures (pixels), as vision always does"
-    )
-    add("--vision", choices=[source.value for source in FeatureSource], help=what)
     options.add_learner(parser)
     what = "simulate a fault named in the models' faults.yaml; may be repeated"
     add("--fault", action="append", default=[], metavar="NAME", help=what)
-    what = "lasting memory (SQLite file): the observer starts with it, and every trial is added"
-    add("--memory", default="", metavar="MEMORY", help=what)
-    options.add_same_colours(parser)
+    what = "use true features of objects (features, default), or detect them in pictures (pixels)"
+    add("--vision", choices=["features", "pixels"], default="features", help=what)
+    options.add_memory(parser)
     options.add_json(parser)
     add("--cluster", metavar="ADDRESS", help="Dask scheduler that runs the observers, in place of --jobs")
 
@@ -62,9 +49,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out."""
     if arguments.experiment == "all":
         return _run({name: find_experiment(name) for name in OF_THE_PAPER}, arguments)
-    check_experiment(arguments, ("all", *NAMES, *DESIGNS))
+    check_experiment(arguments, ("all", *EXPERIMENTS), or_file=True)
     with open_experiment(arguments.experiment) as (name, experiment):
-        return _run({name: experiment}, arguments, is_own=name not in (*NAMES, *DESIGNS))
+        return _run({name: experiment}, arguments, is_own=name not in EXPERIMENTS)
 
 
 def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *, is_own: bool = False) -> int:
@@ -72,16 +59,16 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
     if arguments.repeats is None:
         arguments.repeats = 1 if arguments.memory else max(each.observers for each in experiments.values())
     options.check_bounds(arguments)
-    changes = _list_changes(arguments)
+    changes = options.read_changes(arguments)
     for name, each in experiments.items():
         if each.every_learner:
             check_learner(name, changes)
-    robot = open_robot(*options.read_robot(arguments))
+    robot = options.open_robot(arguments)
     if arguments.robot is not None and arguments.robot.is_file():
         options.tell(arguments, f"{arguments.robot.name}: models in {robot.folder}")
-    if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
-        options.tell(arguments, past)
-    setup = read_setup(arguments, robot, changes)
+    kinds = {each.settings for each in experiments.values()}
+    setup = read_setup(arguments, robot, changes, kinds.pop() if len(kinds) == 1 else Settings)
+    setup = change_by_extensions(setup, arguments, robot)
     if arguments.fault:
         joint_names = load_arm(setup.settings.arm).joint_names
         faults = load_faults(robot.folder / "faults.yaml", arguments.fault, joint_names)
@@ -110,6 +97,19 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
     return 0
 
 
+def change_by_extensions(setup: Setup, arguments: argparse.Namespace, robot: Robot) -> Setup:
+    """Returns the setup of an observer that sees pictures, or starts with a lasting memory, if the options say so."""
+    if arguments.vision == "pixels":
+        from affordance.extensions.pixels.pixel_eye import PIXELS  # imported here, as few runs need it
+
+        setup = setup.change(eye=PIXELS)
+    if arguments.memory or arguments.same_colour:
+        from affordance.commands.memory.memory_options import remember
+
+        setup = remember(setup, arguments, robot)
+    return setup
+
+
 def describe_plan(names: Sequence[str], setup: Setup) -> str:
     """Describes what a run will do, and estimates its duration from earlier runs in the same folder."""
     seconds, unknown = 0.0, []
@@ -126,13 +126,3 @@ def describe_plan(names: Sequence[str], setup: Setup) -> str:
         return f"{what} No earlier run in this folder shows how long it takes; --repeats 10 gives a quick look."
     missing = f", not counting {', '.join(unknown)} (no earlier run)" if unknown else ""
     return f"{what} According to earlier runs it takes about {format_duration(seconds)}{missing}."
-
-
-def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Collects the changes of settings from ``--set``, ``--learner`` and ``--vision``."""
-    changes = options.read_changes(arguments)
-    if arguments.vision is not None:
-        if "feature_source" in changes:
-            raise BadValueError("--set", "feature_source", "is given together with --vision, must be given once")
-        changes["feature_source"] = arguments.vision
-    return changes

@@ -1,32 +1,65 @@
-"""Builds the setup of an experiment from the options of a command."""
+"""Finds the experiment that a command names, and builds its setup from the options."""
 
 import argparse
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from affordance.belief.learners import LEARNERS
-from affordance.commands.options import read_same_colours
-from affordance.exceptions import BadValueError, describe_choice
-from affordance.experiments.lasting_memory import remember_in
-from affordance.experiments.observers import Setup
+from affordance.commands.catalogue import EXPERIMENTS, find_experiment
+from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.observers import Setup
+from affordance.files.constraints import FileName, run_check
 from affordance.named_settings import Changes, change_settings
-from affordance.objects.materials import MATERIALS, load_materials
-from affordance.robots.robot import Robot
+from affordance.robot import Robot
+from affordance.runs.program_errors import blame_program
+from affordance.runs.program_file import load_program
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
+# Folders of results that no user's table or experiment may write to.
+_TAKEN = (*EXPERIMENTS, "arms", "frames")
 
-def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> None:
-    """Raises a BadValueError for an unknown experiment, unless it is a Python file.
 
-    For a former YAML protocol, the message says what has replaced protocols.
-    """
-    if Path(arguments.experiment).suffix in (".yaml", ".yml"):
-        problem = (
-            f"is {arguments.experiment!r}: experiments are now Python programs, and YAML protocols are no longer read"
-        )
-        raise BadValueError("experiment", "", f"{problem} (CHANGELOG.md); must be one of {', '.join(names)}")
-    if arguments.experiment not in names and Path(arguments.experiment).suffix != ".py":
+def check_experiment(arguments: argparse.Namespace, names: Collection[str], *, or_file: bool = False) -> None:
+    """Raises a BadValueError for an unknown experiment, unless it may be a Python file and is one."""
+    if arguments.experiment not in names and not (or_file and Path(arguments.experiment).suffix == ".py"):
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, names))
+
+
+@contextmanager
+def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
+    """Finds an experiment by its name, or loads it from a user's Python file.
+
+    While the experiment is open, errors in the file are reported with their line.
+
+    Args:
+        word: Name of an experiment, or path of a file that ends in .py.
+
+    Yields: Name of the experiment, and the experiment.
+    """
+    path = Path(word)
+    if path.suffix != ".py":
+        yield word, find_experiment(word)
+        return
+    name = check_own_name(path)
+    with blame_program(path):
+        experiment = getattr(load_program(path, "experiment"), "EXPERIMENT", None)
+        if not isinstance(experiment, Experiment):
+            raise BadValueError(path, "EXPERIMENT", "is missing, must be an Experiment(run), last in the file")
+        yield name, experiment
+
+
+def check_own_name(path: Path) -> str:
+    """Returns the name of a file without suffix, which names its results; raises a BadValueError if unusable."""
+    try:
+        run_check("", FileName().check, path.stem)
+    except BadArgumentError as error:
+        raise BadValueError(path, "", f"names the folder of its results, which {error.problem}") from error
+    if path.stem in _TAKEN:
+        problem = f"would write to the results of {path.stem}, must have another name, such as my_{path.name}"
+        raise BadValueError(path, "", problem)
+    return path.stem
 
 
 def check_learner(name: str, changes: Changes) -> None:
@@ -37,21 +70,15 @@ def check_learner(name: str, changes: Changes) -> None:
         raise BadValueError("--learner", "", problem)
 
 
-def read_setup(arguments: argparse.Namespace, robot: Robot, changes: Changes) -> Setup:
-    """Builds an experiment's setup from the options of ``add_run_options`` and changes of settings by name.
-
-    With ``--memory`` its only observer starts with a lasting memory.
-    """
-    setup = Setup(
+def read_setup(
+    arguments: argparse.Namespace, robot: Robot, changes: Changes, kind: type[Settings] = Settings
+) -> Setup:
+    """Builds an experiment's setup from the options of ``add_run_options`` and changes of settings by name."""
+    return Setup(
         observers=arguments.repeats,
         seed=arguments.seed,
         jobs=arguments.jobs,
         models=robot.folder,
         out=arguments.out,
-        settings=change_settings(Settings(arm=robot.directives), changes),
+        settings=change_settings(kind(arm=robot.directives), changes),
     )
-    if not hasattr(arguments, "memory"):
-        return setup
-    materials = load_materials(robot.folder / MATERIALS.name) if arguments.same_colour else {}
-    pairs = read_same_colours(arguments, materials)
-    return remember_in(setup, arguments.memory, pairs) if arguments.memory else setup

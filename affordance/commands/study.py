@@ -6,9 +6,6 @@ import json
 from affordance.commands.terminal import find_width
 from affordance.files.model_folder import import_study, list_studies
 
-# Studies that used to be commands, by their former names.
-FORMER = {"fit-kappa": "people", "robustness": "robustness"}
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds ``--json``."""

@@ -33,7 +33,8 @@ class MpcController(SampledSystem):
 
     The discrete state consists of the held torque, the plan, and counts of control periods. The task chooses the
     horizon; if it is zero, the previous plan continues. The same happens, with a logged warning, if the solver fails.
-    The seed of a sampled density is a parameter of the Context.
+    The seed of a sampled density is a parameter of the Context. The model and the planners are working memory that any
+    Context may overwrite, so only one Context may be advanced at a time.
 
     Input ports:
         belief: Belief about the object, ObjectBelief.
@@ -140,16 +141,3 @@ class MpcController(SampledSystem):
         _LOG.warning("t = %.3f s: no new plan, because %s", context.get_time(), reason)
         limited, failed = context.get_discrete_state(self._counts).value()
         discrete_state.set_value(self._counts, np.array([limited, failed + 1]))
-
-
-class TaskSystem(SampledSystem):
-    """Source of the task, which is a parameter of the Context.
-
-    Output ports:
-        goal: Task, which computes the goal at any state, Task.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.task: ObjectParameter[Task] = self.declare_object_parameter()
-        self.declare_object_output("goal", self.task.get, {self.task.ticket})

@@ -105,6 +105,27 @@ class SampledSystem(LeafSystem):
         return self.input_port_ticket(self.GetInputPort(name).get_index())
 
 
+class ObjectSource[T](SampledSystem):
+    """Source of a Python object, which is a parameter of the Context and must be set before use.
+
+    Output ports: the object, named by the constructor's argument.
+    """
+
+    def __init__(self, name: str) -> None:
+        """Declares the output port."""
+        super().__init__()
+        self._value: ObjectParameter[T] = self.declare_object_parameter()
+        self.declare_object_output(name, self._value.get, {self._value.ticket})
+
+    def get(self, context: Context) -> T:
+        """Returns the object in a Context of this system."""
+        return self._value.get(context)
+
+    def set(self, context: Context, value: T) -> None:
+        """Sets the object in a Context of this system."""
+        self._value.set(context, value)
+
+
 def _make_setter(calc: Callable[[Context], object]) -> Callable[[object, object], None]:
     """Wraps a method in the form that Drake calls; the reference is weak so that its owner can be freed."""
     method: Any = weakref.WeakMethod(calc)

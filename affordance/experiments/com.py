@@ -17,13 +17,25 @@ import xarray as xr
 from affordance.arrays import about
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
-from affordance.experiments.drawings import add_motion, draw_heights_of_points, draw_made_and_seen, replay_holds
-from affordance.experiments.experience import count_events, gain_experience, recall, tabulate_experience
-from affordance.experiments.holds import describe_holds, tabulate_holds
-from affordance.experiments.objects import check_can_be_held, check_honest, check_no_grips, list_looks, read_tools
-from affordance.experiments.observers import OBSERVER_SHOWN, Setup, find_excursion, run_observers
-from affordance.experiments.prediction import ObserverNumbers, measure_learners
-from affordance.experiments.results import Results
+from affordance.experiments.shared.drawings import (
+    add_motion,
+    draw_heights_of_points,
+    draw_made_and_seen,
+    replay_holds,
+)
+from affordance.experiments.shared.experience import count_events, gain_experience, recall, tabulate_experience
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.holds import describe_holds, tabulate_holds
+from affordance.experiments.shared.objects import (
+    check_can_be_held,
+    check_honest,
+    check_no_grips,
+    list_looks,
+    read_tools,
+)
+from affordance.experiments.shared.observer_numbers import ObserverNumbers, measure_learners
+from affordance.experiments.shared.observers import OBSERVER_SHOWN, Setup, find_excursion, run_observers
+from affordance.experiments.shared.results import Results
 from affordance.objects.colour import SAME_COLOUR, is_same_colour
 from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
@@ -33,9 +45,8 @@ from affordance.runs.random_streams import Stream
 from affordance.simulation.trial import get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import observe as look_at
-from affordance.vision.systems import predict_object
+from affordance.vision.prediction import predict_object
 
-NEEDS = ("objects",)  # what the arm must be able to do: take objects into its hand
 OBJECTS = "tools/com.yaml"  # in the folder of models: two objects, and the decoy
 DURATION = 3.0  # of each hold in the test pass, [s]
 SAME_MASS = 1e-9  # relative difference up to which masses are equal but for rounding
@@ -109,7 +120,7 @@ def run(setup: Setup) -> Results:
             tabulate_experience(experience, tools[:2], setup.settings.learner.name),
             tabulate_holds(data, tools, learner=setup.settings.learner.name, block="test"),
         ),
-        diagram=lambda: get_runner(setup.settings).get_diagram(DURATION).diagram,
+        diagram=lambda: get_runner(setup.settings).get_diagram().diagram,
         replay=replay_holds(tools, shown, setup.settings, f"com, seed {setup.seed}"),
         seen=tools,
     )
@@ -183,7 +194,7 @@ def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observe
     predicted = []
     for trial, tool in enumerate(tools):
         rng = np.random.default_rng([setup.seed, observer, Stream.TEST, trial, PREDICTED])
-        seen = look_at(tool, settings.feature_source, settings.vision_error, rng)
+        seen = look_at(tool, settings.eye, settings.vision_error, rng)
         belief = predict_object(seen, memory, settings.prior)
         predicted.append(belief.compute_parameters(belief.densities.compute_mode()))
     return xr.Dataset(
@@ -318,3 +329,7 @@ def join_lifts(learning: pd.DataFrame, test: pd.DataFrame) -> pd.DataFrame:
     """Joins the lifts of both passes, observer by observer."""
     test["lift"] += learning["lift"].max()
     return pd.concat([learning, test]).sort_values(["observer", "lift"], kind="stable")
+
+
+# What the arm must be able to do: take objects into its hand.
+EXPERIMENT = Experiment(run, read, predict, needs=("objects",))

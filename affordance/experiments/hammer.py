@@ -24,11 +24,12 @@ from affordance.choice.off_axis import measure_changes
 from affordance.choice.picking import NO_OPTION, pick_cheapest
 from affordance.control.start_posture import check_start
 from affordance.experiments import com
-from affordance.experiments.blow_drawings import draw_start_and_strike, label_nails, replay
-from affordance.experiments.blows import compute_work, plan_blows
-from affordance.experiments.drawings import label_motions
-from affordance.experiments.experience import count_events, gain_experience, recall, tabulate_experience
-from affordance.experiments.grips import (
+from affordance.experiments.shared.blow_drawings import draw_start_and_strike, label_nails, replay
+from affordance.experiments.shared.blows import compute_work, plan_blows
+from affordance.experiments.shared.drawings import label_motions
+from affordance.experiments.shared.experience import count_events, gain_experience, recall, tabulate_experience
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.grips import (
     NUM_PRIOR_CHOICES,
     caption_proportions,
     check_colours_known,
@@ -44,9 +45,9 @@ from affordance.experiments.grips import (
     tabulate_rules,
     tabulate_tools,
 )
-from affordance.experiments.objects import check_can_be_held, check_honest, read_tools
-from affordance.experiments.observers import Setup, run_observers
-from affordance.experiments.results import Results
+from affordance.experiments.shared.objects import check_can_be_held, check_honest, read_tools
+from affordance.experiments.shared.observers import Setup, run_observers
+from affordance.experiments.shared.results import Results
 from affordance.objects.tool import Tool, list_colours
 from affordance.plant.load import load_arm
 from affordance.reporting.blow_figures import draw_blow
@@ -57,7 +58,6 @@ from affordance.settings import Settings
 from affordance.simulation.blow import Blow
 from affordance.simulation.trial import get_runner
 
-NEEDS = ("objects", "blow")  # what the arm must be able to do: take objects into its hand, and strike
 # Files in the folder of models; the first tool is the paper's, the second has a head.
 TOOLS, NAIL = "tools/novel.yaml", "nail.yaml"
 RATIO, SHARE = Unit(digits=3), Unit("%", scale=100.0, digits=1)
@@ -100,7 +100,6 @@ def run(setup: Setup) -> Results:
     at_equal = " and ".join(f"{work:.2f} J ({grip})" for grip, work in numbers["energy_at_equal_tip_speed"].items())
     best = numbers["correct_grip"]
     strike = blows_first[best].strike
-    duration = strike.compute_duration(setup.settings.mpc.horizon)
     return Results(
         order=4,
         title="Simulation IV: choosing a grip for hammering",
@@ -164,9 +163,7 @@ def run(setup: Setup) -> Results:
             compare_measures(numbers, first),
         ],
         lifts=tabulate_experience(experience, held, setup.settings.learner.name),
-        diagram=lambda: (
-            get_runner(setup.settings).get_diagram(duration, first.list_gripped()[best], strike.placement).diagram
-        ),
+        diagram=lambda: get_runner(setup.settings).get_diagram(first.list_gripped()[best], strike.placement).diagram,
         replay=replay(setup.settings.arm, first, blows_first),
         seen=tools,
     )
@@ -317,3 +314,7 @@ def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
         "travel (mm)": {grip: f"{1000.0 * travel:.1f}" for grip, travel in n["travel_m"].items()},
     }
     return pd.DataFrame(columns).rename_axis("grip")
+
+
+# What the arm must be able to do: take objects into its hand, and strike.
+EXPERIMENT = Experiment(run, read, needs=("objects", "blow"))

@@ -24,9 +24,10 @@ from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import BadValueError, name_object
 from affordance.experiments import com
-from affordance.experiments.drawings import label_motions
-from affordance.experiments.experience import count_events, gain_experience, recall, tabulate_experience
-from affordance.experiments.grips import (
+from affordance.experiments.shared.drawings import label_motions
+from affordance.experiments.shared.experience import count_events, gain_experience, recall, tabulate_experience
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.grips import (
     blame,
     caption_proportions,
     check_colours_known,
@@ -43,9 +44,9 @@ from affordance.experiments.grips import (
     tabulate_rules,
     tabulate_tools,
 )
-from affordance.experiments.objects import check_can_be_held, check_honest, read_tools
-from affordance.experiments.observers import Setup, run_observers
-from affordance.experiments.results import Results
+from affordance.experiments.shared.objects import check_can_be_held, check_honest, read_tools
+from affordance.experiments.shared.observers import Setup, run_observers
+from affordance.experiments.shared.results import Results
 from affordance.objects.tool import Tool, find_free_end, list_colours, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
@@ -59,7 +60,6 @@ from affordance.settings import Settings
 from affordance.simulation.rollout import Rollout, roll_out
 from affordance.simulation.trial import get_runner
 
-NEEDS = ("objects", "path")  # what the arm must be able to do: take objects into its hand, and follow the path
 TOOLS, PATH = "tools/novel.yaml", "paths/reach.yaml"  # in the folder of models; the first tool is the paper's
 FAILURE = "cannot be followed"
 RATIO, SHARE = Unit(digits=3), Unit("%", 100.0, 1)
@@ -128,7 +128,7 @@ def run(setup: Setup) -> Results:
             compare_measures(numbers, first),
         ],
         lifts=tabulate_experience(experience, held, setup.settings.learner.name),
-        diagram=lambda: runner.get_diagram(task.duration, first.list_gripped()[numbers["correct_grip"]]).diagram,
+        diagram=lambda: runner.get_diagram(first.list_gripped()[numbers["correct_grip"]]).diagram,
         replay=replay(setup.settings.arm, first, done, best),
         seen=tools,
     )
@@ -280,3 +280,7 @@ def replay(arm: Path, tool: Tool, motions: Mapping[str, Rollout], best: Rollout)
         for grip, done in motions.items()
     ]
     return Replay(arm, f"Simulation III: {tool.name}", scenes, best.reference)
+
+
+# What the arm must be able to do: take objects into its hand, and follow the path.
+EXPERIMENT = Experiment(run, read, needs=("objects", "path"))

@@ -17,12 +17,19 @@ import xarray as xr
 from affordance.arrays import about
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
-from affordance.experiments.drawings import add_motion, draw_density_and_drop, draw_heights, replay_holds
-from affordance.experiments.holds import describe_holds, tabulate_holds
-from affordance.experiments.objects import check_can_be_held, check_honest, check_no_grips, list_looks, read_tools
-from affordance.experiments.observers import OBSERVER_SHOWN, Setup, find_excursion, run_observers
-from affordance.experiments.prediction import ObserverNumbers, measure_learners
-from affordance.experiments.results import Results
+from affordance.experiments.shared.drawings import add_motion, draw_density_and_drop, draw_heights, replay_holds
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.holds import describe_holds, tabulate_holds
+from affordance.experiments.shared.objects import (
+    check_can_be_held,
+    check_honest,
+    check_no_grips,
+    list_looks,
+    read_tools,
+)
+from affordance.experiments.shared.observer_numbers import ObserverNumbers, measure_learners
+from affordance.experiments.shared.observers import OBSERVER_SHOWN, Setup, find_excursion, run_observers
+from affordance.experiments.shared.results import Results
 from affordance.objects.tool import Tool, list_colours
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.reporting.claims import CM, KG, KG_PER_M3, PERCENT, ClaimResult, check, claim, with_interval
@@ -30,7 +37,6 @@ from affordance.reporting.formatting import count_observers
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
-NEEDS = ("objects",)  # what the arm must be able to do: take objects into its hand
 OBJECTS = "tools/weight.yaml"  # in models/, or in the folder that --robot names; the last object is the decoy
 DURATION = 3.0  # of each hold, [s]
 QUARTILES = (0.25, 0.5, 0.75)
@@ -89,7 +95,7 @@ def run(setup: Setup) -> Results:
         ],
         lifts=tabulate_holds(data, tools, learner=setup.settings.learner.name, block="lifts"),
         # A function, so that the Diagram is built only if its picture is drawn.
-        diagram=lambda: get_runner(setup.settings).get_diagram(DURATION).diagram,
+        diagram=lambda: get_runner(setup.settings).get_diagram().diagram,
         replay=replay_holds(tools, records_shown, setup.settings, f"weight, seed {setup.seed}"),
         seen=tools,
     )
@@ -277,3 +283,7 @@ def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
         "interquartile range (kg/m³)": [f"{width:.0f}" for width in n["density_p75"] - n["density_p25"]],
     }
     return pd.DataFrame(columns, pd.Index(["before", *(rod.name.replace("_", " ") for rod in rods)], name="object"))
+
+
+# What the arm must be able to do: take objects into its hand.
+EXPERIMENT = Experiment(run, read, predict, needs=("objects",))

@@ -20,7 +20,6 @@ from affordance.arrays import Array
 from affordance.exceptions import AffordanceError, describe_choice, show_text
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import spatial_inertia_from_parameters
-from affordance.plant.clamp import Clamp
 
 ARM = MODELS / "arm.dmd.yaml"
 # Digest at the end of the name of a folder with a cached import (robots/kept.py).
@@ -75,7 +74,6 @@ class Arm:
     limits: JointLimits
     # Joint along which a nail slides; its position and rate come after the arm's in the plant's state.
     nail: Joint | None = None
-    clamp: Clamp | None = None  # clamp for the hand; None without a clamp
 
     @property
     def num_joints(self) -> int:

@@ -51,20 +51,25 @@ def build_chain(arm: Arm) -> SerialChain:
     return chain
 
 
-def recognise_arm(arm: Arm) -> str:
-    """Computes the fingerprint that an arm on a stand has in its robot's file, independent of the mounting."""
+def build_unmounted_chain(arm: Arm) -> SerialChain:
+    """Builds the chain from the uppermost link that does not move to the hand, independent of the arm's mounting."""
     chain, plant = build_chain(arm), arm.plant
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # By index, because bodies of the stand and the arm may have the same name.
     above = {joint.child_body().index(): joint.parent_body() for joint in joints}
-    root = min((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start).parent_body()
+    first = min((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start)
+    root = first.parent_body()
     while (below := above.get(root.index())) is not None and below.index() != plant.world_body().index():
         root = below
-    X_WR = root.EvalPoseInWorld(plant.CreateDefaultContext())
+    X_RP = first.frame_on_parent().CalcPose(plant.CreateDefaultContext(), root.body_frame())
     R_PF, p_PF = chain.R_PF.copy(), chain.p_PF.copy()
-    R_PF[0] = X_WR.rotation().matrix().T @ R_PF[0]
-    p_PF[0] = X_WR.inverse() @ p_PF[0]
-    return replace(chain, R_PF=R_PF, p_PF=p_PF).fingerprint
+    R_PF[0], p_PF[0] = X_RP.rotation().matrix(), X_RP.translation()
+    return replace(chain, R_PF=R_PF, p_PF=p_PF, tip=arm.hand.name())
+
+
+def recognise_arm(arm: Arm) -> str:
+    """Computes the fingerprint that an arm on a stand has in its robot's file, independent of the mounting."""
+    return build_unmounted_chain(arm).fingerprint
 
 
 def read_chain(

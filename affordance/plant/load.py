@@ -1,4 +1,4 @@
-"""Loads an arm from its directives file, optionally with a tool in its hand, a nail and a clamp."""
+"""Loads an arm from its directives file, optionally with a tool in its hand and a nail."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -17,7 +17,6 @@ from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM, Arm, JointLimits, attach_body
-from affordance.plant.clamp import Clamp
 from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 
 HAND_FRAME = "hand_grip"
@@ -28,8 +27,6 @@ def add_arm(
     directives: Path = ARM,
     tool: Tool | None = None,
     nail: NailPlacement | None = None,
-    *,
-    has_clamp: bool = False,
 ) -> Arm:
     """Adds an arm as ``plant`` and, with shapes, ``scene_graph`` to a builder.
 
@@ -41,7 +38,7 @@ def add_arm(
         builder.AddNamedSystem("plant", plant)
     else:
         plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
-    return _finish_plant(plant, directives, tool, nail, has_clamp=has_clamp)
+    return _finish_plant(plant, directives, tool, nail)
 
 
 def load_arm(directives: Path = ARM) -> Arm:
@@ -98,12 +95,9 @@ def _finish_plant(
     directives: Path,
     tool: Tool | None,
     nail: NailPlacement | None,
-    *,
-    has_clamp: bool = False,
 ) -> Arm:
     hand = parse_arm(plant, directives)
     body = attach_tool(plant, hand, tool)
-    clamp = Clamp(plant, hand) if has_clamp else None
     if nail is not None and nail.face is not None:
         nail.face.add_to(plant, body, "tool_face")
     # The nail is added last so that the arm's joints come first in the plant's state.
@@ -132,7 +126,7 @@ def _finish_plant(
             raise ModelFileError(directives, problem)
     for array in (home, *limits):
         array.setflags(write=False)
-    return Arm(directives, plant, hand, body, home, limits, joint, clamp)
+    return Arm(directives, plant, hand, body, home, limits, joint)
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:

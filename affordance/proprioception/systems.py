@@ -35,75 +35,61 @@ class DensityEstimator(SampledSystem):
 
     The discrete state consists of the sufficient statistic of the presentation so far (mean features of the samples
     and their number) and of counts of accepted and rejected samples. The posterior is an output, computed from
-    statistic and prior on demand. When the presentation ends, evidence and p-value are stored and the statistic is
-    reset in the same event in which the memory stores the posterior, so that nothing is counted twice.
+    statistic and prior on demand. At the end of a presentation, a forced event, the statistic is reset as the memory
+    stores the posterior, so that nothing is counted twice.
 
     Input ports:
         prior: Belief before the first sample, ObjectBelief.
-        measurement: Measured torques, joint angles, velocities and accelerations, (4 num_joints,).
+        tau: Measured torques, (num_joints,), [N m].
+        state: Joint angles and velocities, (2 num_joints,), [rad, rad/s].
+        vdot: Measured joint accelerations, (num_joints,), [rad/s^2].
 
     Output ports:
         posterior: Belief given the samples so far, ObjectBelief.
-        log_evidence: Log probability density of the samples under the prior, (1,).
         p_value: Probability, under the prior, of samples at least as improbable as these, (1,).
     """
 
-    def __init__(
-        self, arm: Arm, *, noise: NoiseModel, deviation: float, sample_period: float, duration: float
-    ) -> None:
-        """Declares states, ports and events; deviations of density as fractions of material means, times in [s]."""
+    def __init__(self, arm: Arm, *, noise: NoiseModel, deviation: float, sample_period: float) -> None:
+        """Declares states, ports and events; deviations of density as fractions of material means, the period in [s]."""
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
         self._noise = noise
         self._deviation = deviation
         self._prior: Source[ObjectBelief] = self.declare_object_input("prior")
-        self._measurement = self.declare_vector_input("measurement", 4 * arm.num_joints)
+        self._tau = self.declare_vector_input("tau", arm.num_joints)
+        self._state = self.declare_vector_input("state", 2 * arm.num_joints)
+        self._vdot = self.declare_vector_input("vdot", arm.num_joints)
         statistics = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
         self._statistics = int(statistics)
         self._counts = int(self.DeclareDiscreteState(len(SampleStatus)))
-        self._evidence = int(self.DeclareDiscreteState(np.array([0.0, 1.0])))
-        self._last = int(self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1))
         self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_statistics)
-        self.DeclarePeriodicUnrestrictedUpdateEvent(duration, duration, self._end_presentation)
+        self.DeclareForcedUnrestrictedUpdateEvent(self._end_presentation)
         self._inference = self.declare_cached(
             "inference", self._compute_inference, {self.discrete_state_ticket(statistics), self.input_ticket("prior")}
         )
         self.declare_object_output("posterior", self._calc_posterior, {self._inference.ticket})
-        self.DeclareVectorOutputPort(
-            "log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc={self._inference.ticket}
-        )
         self.DeclareVectorOutputPort("p_value", 1, self._calc_p_value, prerequisites_of_calc={self._inference.ticket})
 
     def get_counts(self, context: Context) -> SampleCounts:
         """Returns the numbers of accepted and rejected samples."""
         return SampleCounts(*(int(count) for count in context.get_discrete_state(self._counts).value()))
 
-    def get_evidence(self, context: Context) -> tuple[float, float]:
-        """Returns log evidence and p-value of the last complete presentation."""
-        log_evidence, p_value = context.get_discrete_state(self._evidence).value()
-        return float(log_evidence), float(p_value)
+    def get_inference(self, context: Context) -> Inference:
+        """Returns the result of inference from the samples so far."""
+        return self._inference.get(context)
 
-    def get_last_statistics(self, context: Context) -> TorqueStatistics:
-        """Returns the statistics of the last complete presentation."""
-        return self._read_statistics(context, self._last)
-
-    def forget(self, context: Context) -> None:
-        """Restarts the presentation: resets statistics and counts."""
-        for group in (self._statistics, self._counts):
-            context.SetDiscreteState(group, np.zeros(context.get_discrete_state(group).size()))
-
-    def resume(self, context: Context) -> None:
-        """Continues the last complete presentation, as if it had not ended."""
-        context.SetDiscreteState(self._statistics, np.array(context.get_discrete_state(self._last).value()))
+    def get_statistics(self, context: Context) -> TorqueStatistics:
+        """Returns the statistics of the torques measured so far."""
+        state = context.get_discrete_state(self._statistics).value()
+        return TorqueStatistics(state[:-1], int(state[-1]))
 
     def _update_statistics(self, context: Context, discrete_state: DiscreteValues) -> None:
-        n = self._num_joints
-        measurement = self._measurement.Eval(context)
-        tau, x, vdot = measurement[:n], measurement[n : 3 * n], measurement[3 * n :]
+        tau = self._tau.Eval(context)
         status = check_reading(tau)
         if status is SampleStatus.ACCEPTED:
-            Y = compute_payload_regressor(self._model, x, vdot)
+            vdot = self._vdot.Eval(context)
+            Y = compute_payload_regressor(self._model, self._state.Eval(context), vdot)
             tau_arm = self._model.compute_inverse_dynamics(vdot)
             status = check_torque(tau, tau_arm, Y, self._prior.Eval(context).geometry, self._noise)
         counts = np.array(context.get_discrete_state(self._counts).value())
@@ -114,19 +100,8 @@ class DensityEstimator(SampledSystem):
             discrete_state.set_value(self._statistics, np.append(statistics.features, statistics.num_samples))
 
     def _end_presentation(self, context: Context, state: State) -> None:
-        inference = self._inference.get(context)
         discrete: Any = state.get_mutable_discrete_state()
-        discrete.set_value(self._evidence, np.array([inference.log_evidence, inference.p_value]))
-        discrete.set_value(self._last, np.array(context.get_discrete_state(self._statistics).value()))
         discrete.set_value(self._statistics, np.zeros(context.get_discrete_state(self._statistics).size()))
-
-    def get_statistics(self, context: Context) -> TorqueStatistics:
-        """Returns the statistics of the torques measured so far."""
-        return self._read_statistics(context, self._statistics)
-
-    def _read_statistics(self, context: Context, group: int) -> TorqueStatistics:
-        state = context.get_discrete_state(group).value()
-        return TorqueStatistics(state[:-1], int(state[-1]))
 
     def _compute_inference(self, context: Context) -> Inference:
         prior, statistics = self._prior.Eval(context), self.get_statistics(context)
@@ -134,9 +109,6 @@ class DensityEstimator(SampledSystem):
 
     def _calc_posterior(self, context: Context) -> ObjectBelief:
         return self._inference.get(context).posterior
-
-    def _calc_log_evidence(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.array([self._inference.get(context).log_evidence]))
 
     def _calc_p_value(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(np.array([self._inference.get(context).p_value]))
@@ -154,7 +126,9 @@ class Proprioception(SampledSystem):
         vdot: True joint accelerations, (num_joints,), [rad/s^2].
 
     Output ports:
-        measurement: Measured torques, then angles and velocities, then accelerations, (4 num_joints,).
+        measured_tau: Measured torques, (num_joints,), [N m].
+        measured_state: Angles and velocities, (2 num_joints,), [rad, rad/s].
+        measured_vdot: Measured accelerations, (num_joints,), [rad/s^2].
     """
 
     def __init__(
@@ -180,7 +154,9 @@ class Proprioception(SampledSystem):
         self._offset_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
         self._acceleration_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
         self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
-        self.DeclareVectorOutputPort("measurement", 4 * num_joints, self._calc_measurement)
+        self.DeclareVectorOutputPort("measured_tau", num_joints, self._calc_tau)
+        self.DeclareVectorOutputPort("measured_state", 2 * num_joints, self._calc_state)
+        self.DeclareVectorOutputPort("measured_vdot", num_joints, self._calc_vdot)
         if faults.delay_samples:
             self._late = int(self.DeclareDiscreteState(np.full(faults.delay_samples * num_joints, np.nan)))
             self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_late)
@@ -194,7 +170,7 @@ class Proprioception(SampledSystem):
         context.get_mutable_numeric_parameter(self._acceleration_error).SetFromVector(acceleration)
         self._seed.set(context, seed)
 
-    def _calc_measurement(self, context: Context, output: BasicVector) -> None:
+    def _calc_tau(self, context: Context, output: BasicVector) -> None:
         felt = self._feel(context)
         if self._faults != NO_FAULTS:
             # One number longer than the seeds of sensing errors, so that faults and errors are independent.
@@ -202,8 +178,14 @@ class Proprioception(SampledSystem):
             if self._faults.delay_samples:
                 felt = context.get_discrete_state(self._late).value()[: self._num_joints]
             felt = self._faults.distort(felt, self._noise.compute_sd(self._tau.Eval(context)), self._stuck, seed)
-        vdot = self._vdot.Eval(context) + context.get_numeric_parameter(self._acceleration_error).value()
-        output.SetFromVector(np.concatenate([felt, self._state.Eval(context), vdot]))
+        output.SetFromVector(felt)
+
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._state.Eval(context))
+
+    def _calc_vdot(self, context: Context, output: BasicVector) -> None:
+        error = context.get_numeric_parameter(self._acceleration_error).value()
+        output.SetFromVector(self._vdot.Eval(context) + error)
 
     def _feel(self, context: Context) -> Array:
         """Returns the torques with sensing noise, shape (num_joints,), [N m]."""

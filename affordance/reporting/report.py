@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
-from affordance.belief.learners import label_learner
+from affordance.belief.learners import LEARNERS
 from affordance.files.atomic import quarantine, write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.files.template import render_template
@@ -151,7 +151,8 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
 def _describe_setup(setup: Mapping[str, Any]) -> str:
     """Describes arm, models, learners and changed settings in words."""
     changed = ", ".join(f"{name} = {show_setting(value)}" for name, value in setup["settings"].items())
-    learners = "; ".join(label_learner(name) for name in setup["learners"])
+    names = setup["learners"]
+    learners = "; ".join(LEARNERS[each].label if each in LEARNERS else each.replace("_", " ") for each in names)
     arm = "the paper's arm" if setup["models"] == OWN_MODELS else f"the arm {setup['arm']} of {setup['models']}"
     return f"{arm}; {learners}; {f'changed settings: {changed}' if changed else 'no setting changed'}"
 

@@ -1,8 +1,9 @@
 """Numbers that make random draws for different purposes independent.
 
 Each is part of a seed, together with root, observer and trial. They are larger than the numbers of observers or
-trials that occupy the same position in other seeds. None is 0, because a trailing 0 does not change a NumPy seed of
-up to four numbers.
+trials that occupy the same position in other seeds, except for the three that follow the seed of a trial, after which
+nothing else is counted. Only the first of them is 0, because a trailing 0 does not change a NumPy seed of up to four
+numbers: no other draw uses the seed of a trial alone.
 """
 
 import enum
@@ -18,6 +19,9 @@ from affordance.arrays import Array
 class Stream(enum.IntEnum):
     """Purpose of a random draw."""
 
+    SEEING = 0  # after the seed of a trial: errors of the features
+    SENSING = 1  # after the seed of a trial: errors of measured torques and accelerations
+    CONTROL = 2  # after the seed of a trial: the density that the controller draws
     TEST = 10**5  # in place of the trial: holds that test learning (com)
     ORDER = 10**6  # order in which an observer is given objects
     PAPER = 10**6 + 1  # choices with the paper's rule

@@ -103,7 +103,7 @@ def compute_key(
         (str(path.relative_to(program)), path)
         for program in (_PACKAGE, *dict.fromkeys(programs))
         for path in sorted(program.rglob("*.py"))
-        if program != _PACKAGE or path.relative_to(program).parts[0] not in _DECIDE_NOTHING
+        if program != _PACKAGE or _DECIDE_NOTHING.isdisjoint(path.relative_to(program).parts)
     ]
     if function is not None:
         reached, sources = describe_run(function, given, but=_PACKAGE)

@@ -24,10 +24,9 @@ from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.plant.nail import NailPlacement, NailRecord
+from affordance.plant.nail import NailRecord
 from affordance.settings import Settings
-from affordance.simulation.diagram import END_MARGIN, TrialDiagram
-from affordance.simulation.trial import TrialRunner, finish, get_runner
+from affordance.simulation.trial import TrialRunner, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
 # Largest relative error of the peak resistance at which a blow counts as successful: the formula that plans blows
@@ -97,7 +96,7 @@ def simulate_blow(
     record, nail_record = run_blow(runner, tool, strike, memory, seed=(0,))
     end = round(strike.time_of_strike / settings.control_period)
     work, effort = measure_cost(record.tau[: end + 1], record.v[: end + 1], settings.control_period)
-    trial = runner.get_diagram(strike.compute_duration(settings.mpc.horizon), tool, strike.placement)
+    trial = runner.get_diagram(tool, strike.placement)
     heights = -trial.chain.compute_positions(record.q[: end + 1], planned.target.p_TS) @ strike.placement.direction_W
     top = int(np.argmax(heights))
     raising, _ = measure_cost(record.tau[: top + 1], record.v[: top + 1], settings.control_period)
@@ -123,8 +122,9 @@ def run_blow(
     """Runs the trial of a blow, from rest to rest, like ``TrialRunner.run``; raises a StallError if it stalls."""
     settings = runner.settings
     duration = strike.compute_duration(settings.mpc.horizon)
-    trial = runner.get_diagram(duration, tool, strike.placement)
-    simulator = runner.prepare(trial, tool, strike, memory, seed)
+    trial = runner.get_diagram(tool, strike.placement)
+    simulator = trial.prepare(trial.diagram.CreateDefaultContext(), tool, strike, memory, seed)
+    end = trial.find_end(duration)
     monitor = BlowMonitor(trial.arm.plant, tool.name)
     simulator.set_monitor(monitor)
     touch, leave = strike.contact
@@ -132,11 +132,11 @@ def run_blow(
     _advance(simulator, settings.integrator.contact, leave)
     # If the tool catches on the nail on its way back, the integrator of an undamped arm stalls (0013).
     monitor.stops_at_touch = True
-    if not _advance(simulator, settings.integrator.free, duration + END_MARGIN):
+    if not _advance(simulator, settings.integrator.free, end):
         monitor.stops_at_touch = False
-        _advance(simulator, settings.integrator.second_touch, duration + END_MARGIN)
-    record = finish(trial, simulator, tool)
-    return record, read_nail_record(trial, simulator.get_context(), strike.placement)
+        _advance(simulator, settings.integrator.second_touch, end)
+    record = trial.finish(simulator, tool, duration)
+    return record, trial.read_nail_record(simulator.get_context())
 
 
 class BlowMonitor:
@@ -166,18 +166,6 @@ class BlowMonitor:
         contacts, get_body = self._get_contacts(context), self._plant.get_body
         pairs = [contacts.point_pair_contact_info(k) for k in range(contacts.num_point_pair_contacts())]
         return tuple((get_body(pair.bodyA_index()).name(), get_body(pair.bodyB_index()).name()) for pair in pairs)
-
-
-def read_nail_record(trial: TrialDiagram, context: Context, placement: NailPlacement) -> NailRecord:
-    """Reads the record of a nail from the Context of a Diagram that was built with it."""
-    logs = trial.nail_logs
-    assert logs is not None  # the Diagram was built with a nail
-    travel, rate = np.array(logs.state.FindLog(context).data())
-    resistance = np.array(logs.resistance.FindLog(context).data())[0]
-    acceleration = np.array(logs.acceleration.FindLog(context).data())[0]
-    weight = placement.nail.mass * float(trial.chain.gravity_W @ placement.direction_W)
-    contact = placement.nail.mass * acceleration + resistance - weight
-    return NailRecord(np.array(logs.state.FindLog(context).sample_times()), travel, rate, resistance, contact)
 
 
 def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:

@@ -1,47 +1,54 @@
-"""Builds the Diagram of a presentation, the paper's figure 2; no other module connects ports.
+"""The Diagram of a presentation, the paper's figure 2; no other module connects ports.
 
 feature_sensor --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
-                             ^    `-----prior--> density_estimator <--measurement-----'
+                             ^    `-----prior--> density_estimator <--tau, state, vdot----'
 material_memory --materials--'                     |
 ^--------------posterior, p_value------------------'     task --goal--> mpc_controller
 
-The Diagram's outputs are features, measurement and posterior, so that it can be part of a larger Diagram with other
-systems. The posterior is logged during the trial if the settings give it a log period. Contact needs shapes, so there
-is a scene graph only if a tool is given. A nail is part of the plant; the resistance of the wood is a separate
-system.
+The Diagram's outputs are features, measured_tau and posterior, so that it can be part of a larger Diagram with other
+systems. Contact needs shapes, so there is a scene graph only if a tool is given. A nail is part of the plant; the
+resistance of the wood is a separate system.
 """
 
+import logging
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.analysis import SimulatorConfig
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
 
+from affordance.arguments import Seed, check_seed
+from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.hold import Hold
-from affordance.control.systems import MpcController, TaskSystem
+from affordance.control.systems import MpcController
+from affordance.control.task import Task
+from affordance.drake.sampled_system import ObjectSource
+from affordance.exceptions import name_object
+from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel, compute_stiffness
 from affordance.plant.chain_plant import build_chain
 from affordance.plant.load import add_arm, load_arm
-from affordance.plant.nail import NailPlacement, NailResistance
-from affordance.plant.serial_chain import SerialChain
+from affordance.plant.nail import NailPlacement, NailRecord, NailResistance
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import DensityEstimator, Proprioception
+from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
-from affordance.simulation.posterior_log import PosteriorLog
+from affordance.simulation.posterior_log import LoggedPosterior, PosteriorLog
+from affordance.simulation.trial_record import Percept, TrialRecord
 from affordance.vision.eye import Eye, observe
-from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.systems import MaterialMemorySystem, VisualPrior
 
-# Presentations end a nanosecond late, [s]: Drake rounds the times of periodic events, sometimes to after the end
-# (0.1 + 29 x 0.1 > 3), and the last sample must be taken before the memory learns.
-END_MARGIN = 1e-9
+_LOG = logging.getLogger(__name__)
 
+# Events that are later than the end of a presentation by less than this belong to it, [s].
+_ROUNDING = 1e-9
 
 # Function that adds systems to a Diagram that show the plant and the belief, given the belief's port.
 type Display = Callable[[DiagramBuilder, MultibodyPlant, OutputPort], None]
@@ -55,180 +62,312 @@ class NailLogs(NamedTuple):
     resistance: VectorLogSink
 
 
-@dataclass(frozen=True)
 class TrialDiagram:
-    """Diagram of a presentation, with handles to set it up and to read its results.
+    """Diagram of presentations, whose state is in the Context: one instance serves any number of them.
 
-    One instance serves any number of presentations, whose state is in the Context. ``posterior_log`` is None unless
-    the settings give it a log period, ``nail_logs`` unless there is a nail. The arm is stiff if damping stops a joint
-    within a control period.
+    Attributes:
+        diagram: The Diagram. In a larger one, this attribute is replaced by that one, which contains it.
+        settings: Settings of the simulation.
+        arm: The simulated arm.
+        model: Model of the arm for computations, with the state and payload that were set last.
+        chain: Kinematic chain of the arm.
+        hold: Task of holding an object in the home posture.
+        is_stiff: True if damping stops a joint of the arm within a control period.
     """
 
-    diagram: Diagram
-    settings: Settings
-    eye: Eye
-    duration: float
-    arm: Arm
-    model: ArmModel
-    chain: SerialChain
-    feature_sensor: FeatureSensor
-    memory: MaterialMemorySystem
-    estimator: DensityEstimator
-    controller: MpcController
-    proprioception: Proprioception
-    task: TaskSystem
-    hold: Hold
-    state_log: VectorLogSink
-    tau_log: VectorLogSink
-    posterior_log: PosteriorLog | None
-    nail_logs: NailLogs | None
-    is_stiff: bool
+    def __init__(
+        self,
+        settings: Settings,
+        *,
+        tool: Tool | None = None,
+        nail: NailPlacement | None = None,
+        eye: Eye | None = None,
+        display: Display | None = None,
+    ) -> None:
+        """Builds the Diagram.
+
+        Args:
+            settings: Settings of the simulation.
+            tool: Tool whose shapes can touch a nail; None if nothing is in contact, as when an object is only held.
+            nail: Nail and its placement, if any.
+            eye: Function that gives the features of an object; None for that of the settings.
+            display: Function that adds systems that show the plant, if any.
+
+        Raises:
+            ModelFileError: If the arm is unsuitable.
+            BadValueError: If a fault is that of a joint which the arm does not have.
+        """
+        builder = DiagramBuilder()
+        self.settings = settings
+        self._eye = eye or (lambda tool, rng: observe(tool, settings.eye, settings.vision_error, rng))
+        self.arm = add_arm(builder, settings.arm, tool, nail)
+        arm = load_arm(settings.arm)
+        self.model, self.chain, self.hold = ArmModel(arm), build_chain(arm), Hold(self.arm.home)
+        self.is_stiff = compute_stiffness(arm, settings.control_period) > 1.0
+        plant = self.arm.plant
+
+        def add[S: System](name: str, system: S) -> S:
+            builder.AddNamedSystem(name, system)
+            return system
+
+        self._feature_sensor: ObjectSource[tuple[ComponentFeatures, ...]] = add(
+            "feature_sensor", ObjectSource("features")
+        )
+        least_p_value = 0.0 if settings.learns_from_outliers else OUTLIER_P_VALUE
+        self._memory = add("material_memory", MaterialMemorySystem(MaterialMemory(), least_p_value))
+        visual_prior = add("visual_prior", VisualPrior(settings.prior))
+        self._task: ObjectSource[Task] = add("task", ObjectSource("goal"))
+        self._controller = add(
+            "mpc_controller",
+            MpcController(
+                arm,
+                settings=settings.mpc,
+                control_period=settings.control_period,
+                point_estimate=settings.point_estimate,
+                angle_margin=settings.angle_margin,
+            ),
+        )
+        self._proprioception = add(
+            "proprioception",
+            Proprioception(
+                arm.num_joints,
+                settings.noise,
+                settings.sample_period,
+                settings.faults,
+                settings.faults.find_stuck(self.arm.joint_names),
+                settings.acceleration_sd,
+            ),
+        )
+        self._estimator = add(
+            "density_estimator",
+            DensityEstimator(
+                arm,
+                noise=settings.noise,
+                deviation=settings.prior.deviation,
+                sample_period=settings.sample_period,
+            ),
+        )
+
+        def connect(source: System, output: str, destination: System, input: str) -> None:
+            builder.Connect(source.GetOutputPort(output), destination.GetInputPort(input))
+
+        connect(self._feature_sensor, "features", visual_prior, "features")
+        connect(self._memory, "materials", visual_prior, "materials")
+        connect(visual_prior, "prior", self._estimator, "prior")
+        connect(self._estimator, "posterior", self._memory, "posterior")
+        connect(self._estimator, "p_value", self._memory, "p_value")
+        if settings.uses_posterior:
+            connect(self._estimator, "posterior", self._controller, "belief")
+        else:
+            connect(visual_prior, "prior", self._controller, "belief")
+        connect(self._task, "goal", self._controller, "goal")
+        state, vdot = _select_arm(builder, self.arm)
+        builder.Connect(state, self._controller.GetInputPort("state"))
+        connect(self._controller, "tau", plant, "actuation")
+        builder.Connect(state, self._proprioception.GetInputPort("state"))
+        builder.Connect(vdot, self._proprioception.GetInputPort("vdot"))
+        connect(plant, "net_actuation", self._proprioception, "tau")
+        for name in ("tau", "state", "vdot"):
+            connect(self._proprioception, f"measured_{name}", self._estimator, name)
+        # For systems of a user's own.
+        builder.ExportOutput(self._feature_sensor.GetOutputPort("features"), "features")
+        builder.ExportOutput(self._proprioception.GetOutputPort("measured_tau"), "measured_tau")
+        builder.ExportOutput(self._estimator.GetOutputPort("posterior"), "posterior")
+
+        self._posterior_log = None
+        if settings.posterior_log_period is not None:
+            self._posterior_log = add("posterior_log", PosteriorLog(settings.posterior_log_period))
+            connect(self._estimator, "posterior", self._posterior_log, "posterior")
+        self._nail = nail
+        self._nail_logs = None if nail is None else _add_nail_resistance(builder, self.arm, nail)
+        self._state_log = _log(builder, state, "state_log", settings.log_period)
+        self._tau_log = _log(builder, plant.GetOutputPort("net_actuation"), "tau_log", settings.log_period)
+        if display is not None:
+            display(builder, plant, self._estimator.GetOutputPort("posterior"))
+        self.diagram: Diagram = builder.Build()
+        self.diagram.set_name("visual_inertial_affordances")
 
     @property
-    def simulator(self) -> SimulatorConfig:
-        """Drake's simulator configuration for this arm."""
+    def integrator(self) -> SimulatorConfig:
+        """Drake's simulator configuration for motions of this arm without contact."""
         return self.settings.integrator.stiff if self.is_stiff else self.settings.integrator.free
 
+    def get_memory(self, context: Context) -> MaterialMemory:
+        """Returns the memory in a Context of the Diagram."""
+        return self._memory.get_memory(self._memory.GetMyContextFromRoot(context))
 
-def build_trial_diagram(
-    settings: Settings,
-    duration: float,
-    *,
-    tool: Tool | None = None,
-    nail: NailPlacement | None = None,
-    has_clamp: bool = False,
-    eye: Eye | None = None,
-    display: Display | None = None,
-) -> TrialDiagram:
-    """Builds the Diagram for presentations of a duration, [s], at the end of which the memory learns.
+    def prepare(
+        self,
+        context: Context,
+        tool: Tool,
+        task: Task,
+        memory: MaterialMemory,
+        seed: Seed,
+        remembered: tuple[Colour, ...] = (),
+    ) -> Simulator:
+        """Sets up a presentation in a Context, whatever was in it before; returns a simulator at its start.
 
-    Args:
-        settings: Settings of the simulation.
-        duration: Duration of a presentation, [s].
-        tool: Tool whose shapes can touch a nail; None if nothing is in contact, as when an object is only held.
-        nail: Nail and its placement, if any.
-        has_clamp: True to add a clamp for the hand, which is open at first.
-        eye: Function that gives the features of an object; None for that of the settings.
-        display: Function that adds systems that show the plant, if any.
+        Args:
+            context: Context of the Diagram, new or used.
+            tool: Object in the hand; the plant has its true densities.
+            task: Task that is done with it.
+            memory: Belief about materials before the presentation.
+            seed: Seed of all random draws.
+            remembered: Colours that the memory keeps after the presentation; empty for all.
+        """
+        seed = check_seed(seed)
+        self.diagram.SetDefaultContext(context)
+        context.SetTime(0.0)
+        for log in (self._state_log, self._tau_log, *(self._nail_logs or ())):
+            log.FindMutableLog(context).Clear()
+        if self._posterior_log is not None:
+            self._posterior_log.find_log(self._posterior_log.GetMyMutableContextFromRoot(context)).clear()
+        memory_context = self._memory.GetMyMutableContextFromRoot(context)
+        self._memory.set_memory(memory_context, memory)
+        self._memory.remembered.set(memory_context, remembered)
+        plant_context = self.arm.plant.GetMyMutableContextFromRoot(context)
+        self.arm.set_payload(plant_context, tool.parameters)
+        self.settings.faults.change_arm(self.arm, plant_context)
+        self.arm.set_posture(plant_context, task.q_start)
+        features = self._eye(tool, np.random.default_rng([*seed, Stream.SEEING]))
+        self._feature_sensor.set(self._feature_sensor.GetMyMutableContextFromRoot(context), features)
+        self._task.set(self._task.GetMyMutableContextFromRoot(context), task)
+        sensing, control = (*seed, int(Stream.SENSING)), (*seed, int(Stream.CONTROL))
+        self._proprioception.draw_errors(self._proprioception.GetMyMutableContextFromRoot(context), sensing)
+        self._controller.seed.set(self._controller.GetMyMutableContextFromRoot(context), control)
+        simulator = Simulator(self.diagram, context)
+        ApplySimulatorConfig(self.integrator, simulator)
+        simulator.Initialize()
+        return simulator
 
-    Raises:
-        ModelFileError: If the arm is unsuitable.
-        BadValueError: If a fault is that of a joint which the arm does not have.
-    """
-    builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, tool, nail, has_clamp=has_clamp)
-    model = load_arm(settings.arm)
-    n = arm.num_joints
-    plant = arm.plant
+    def find_end(self, duration: float) -> float:
+        """Returns the end of a presentation of a duration, [s], with the periodic events that rounding puts after it.
 
-    def add[S: System](name: str, system: S) -> S:
-        builder.AddNamedSystem(name, system)
-        return system
+        Drake computes the time of an event as offset + k period: 0.1 + 29 x 0.1 > 3.
+        """
+        settings = self.settings
+        end = duration
+        for offset, period in (
+            (settings.sample_period, settings.sample_period),
+            (0.0, settings.control_period),
+            (0.0, settings.log_period),
+        ):
+            last = offset + round((duration - offset) / period) * period
+            if last - duration < _ROUNDING:
+                end = max(end, last)
+        return end
 
-    end = duration + END_MARGIN
-    sensor = add("feature_sensor", FeatureSensor())
-    least_p_value = 0.0 if settings.learns_from_outliers else OUTLIER_P_VALUE
-    memory = add("material_memory", MaterialMemorySystem(MaterialMemory(), duration=end, least_p_value=least_p_value))
-    visual_prior = add("visual_prior", VisualPrior(settings.prior))
-    task = add("task", TaskSystem())
-    controller = add(
-        "mpc_controller",
-        MpcController(
-            model,
-            settings=settings.mpc,
-            control_period=settings.control_period,
-            point_estimate=settings.point_estimate,
-            angle_margin=settings.angle_margin,
-        ),
-    )
-    stuck = settings.faults.find_stuck(arm.joint_names)
-    proprioception = add(
-        "proprioception",
-        Proprioception(n, settings.noise, settings.sample_period, settings.faults, stuck, settings.acceleration_sd),
-    )
-    estimator = add(
-        "density_estimator",
-        DensityEstimator(
-            model,
-            noise=settings.noise,
-            deviation=settings.prior.deviation,
-            sample_period=settings.sample_period,
-            duration=end,
-        ),
-    )
+    def finish(self, simulator: Simulator, tool: Tool, duration: float) -> TrialRecord:
+        """Advances a presentation to its end, when the memory learns, and returns its record."""
+        simulator.AdvanceTo(self.find_end(duration))
+        simulator.AdvancePendingEvents()
+        context = simulator.get_mutable_context()
+        record = self._read_record(context, tool)
+        self.diagram.ExecuteForcedEvents(context, publish=False)
+        return record._replace(memory=self.get_memory(context))
 
-    def connect(source: System, output: str, destination: System, input: str) -> None:
-        builder.Connect(source.GetOutputPort(output), destination.GetInputPort(input))
+    def read_nail_record(self, context: Context) -> NailRecord:
+        """Returns the record of the nail, with which the Diagram must have been built."""
+        logs, placement = self._nail_logs, self._nail
+        assert logs is not None and placement is not None
+        travel, rate = np.array(logs.state.FindLog(context).data())
+        resistance = np.array(logs.resistance.FindLog(context).data())[0]
+        acceleration = np.array(logs.acceleration.FindLog(context).data())[0]
+        weight = placement.nail.mass * float(self.chain.gravity_W @ placement.direction_W)
+        contact = placement.nail.mass * acceleration + resistance - weight
+        return NailRecord(np.array(logs.state.FindLog(context).sample_times()), travel, rate, resistance, contact)
 
-    connect(sensor, "features", visual_prior, "features")
-    connect(memory, "materials", visual_prior, "materials")
-    connect(visual_prior, "prior", estimator, "prior")
-    connect(estimator, "posterior", memory, "posterior")
-    connect(estimator, "p_value", memory, "p_value")
-    if settings.uses_posterior:
-        connect(estimator, "posterior", controller, "belief")
-    else:
-        connect(visual_prior, "prior", controller, "belief")
-    connect(task, "goal", controller, "goal")
-    state = _select_arm(builder, "arm_state", plant, "state", num_joints=n, parts=2)
-    builder.Connect(state, controller.GetInputPort("state"))
-    connect(controller, "tau", plant, "actuation")
-    builder.Connect(state, proprioception.GetInputPort("state"))
-    connect(plant, "net_actuation", proprioception, "tau")
-    vdot = _select_arm(builder, "arm_acceleration", plant, "generalized_acceleration", num_joints=n, parts=1)
-    builder.Connect(vdot, proprioception.GetInputPort("vdot"))
-    connect(proprioception, "measurement", estimator, "measurement")
-    for source, output in ((sensor, "features"), (proprioception, "measurement"), (estimator, "posterior")):
-        builder.ExportOutput(source.GetOutputPort(output), output)  # for user-defined systems
+    def _read_record(self, context: Any, tool: Tool) -> TrialRecord:
+        """Reads the record of a presentation before the memory learns from it."""
+        estimator_context = self._estimator.GetMyContextFromRoot(context)
+        inference = self._estimator.get_inference(estimator_context)
+        samples = self._estimator.get_counts(estimator_context)
+        posteriors: tuple[LoggedPosterior, ...] = ()
+        if self._posterior_log is not None:
+            now = context.get_time()
+            log = self._posterior_log.find_log(self._posterior_log.GetMyMutableContextFromRoot(context))
+            # The last sample is taken after the last entry was written.
+            posteriors = (*(each for each in log if each.time < now), LoggedPosterior(now, inference.posterior))
+        log_x = self._state_log.FindLog(context)
+        times = np.array(log_x.sample_times())
+        # If the integrator is changed during a trial, that time is logged twice, and the last row counts.
+        rows = np.append(np.diff(times) > 0.0, True)
+        x = np.array(log_x.data().T)[rows]  # a copy, because the next presentation reuses the log
+        q, v = np.split(x, 2, axis=1)
+        percept = None
+        if samples.rejected:
+            _LOG.info("%d of %d samples were rejected: %s", samples.rejected, sum(samples), samples)
+        if inference.p_value < OUTLIER_P_VALUE:
+            _LOG.info("the trial with %s is a 5-sigma outlier, p = %.1e", tool.name, inference.p_value)
+        if samples.accepted:
+            statistics = self._estimator.get_statistics(estimator_context)
+            percept = Percept(
+                object_name=tool.name,
+                features=self._feature_sensor.get(self._feature_sensor.GetMyContextFromRoot(context)),
+                statistics=statistics._replace(features=np.array(statistics.features)),  # not a view of the Context
+                noise=self.settings.noise,
+                num_joints=self.arm.num_joints,
+                arm=self.settings.arm,
+            )
+        return TrialRecord(
+            times=times[rows],
+            q=q,
+            v=v,
+            tau=np.array(self._tau_log.FindLog(context).data().T)[rows],
+            height_centre=self._measure_height(q, tool.p_TTcentre),
+            height_grip=self._measure_height(q, np.zeros(3)),
+            height_com=self._measure_height(q, tool.p_TTcm),
+            memory=self.get_memory(context),
+            log_evidence=inference.log_evidence,
+            counts=self._controller.get_counts(self._controller.GetMyContextFromRoot(context)),
+            p_value=inference.p_value,
+            samples=samples,
+            overloaded=self._find_overloaded(tool, q[0]),
+            posteriors=posteriors,
+            percept=percept,
+        )
 
-    posterior_log = None
-    if settings.posterior_log_period is not None:
-        posterior_log = add("posterior_log", PosteriorLog(settings.posterior_log_period, end))
-        connect(estimator, "posterior", posterior_log, "posterior")
-    nail_logs = None if nail is None else _add_nail_resistance(builder, arm, nail)
-    state_log = _log(builder, state, "state_log", settings.log_period)
-    tau_log = _log(builder, plant.GetOutputPort("net_actuation"), "tau_log", settings.log_period)
-    if display is not None:
-        display(builder, plant, estimator.GetOutputPort("posterior"))
-    diagram = builder.Build()
-    diagram.set_name("visual_inertial_affordances")
-    return TrialDiagram(
-        diagram=diagram,
-        settings=settings,
-        eye=eye or (lambda tool, rng: observe(tool, settings.feature_source, settings.vision_error, rng)),
-        duration=duration,
-        arm=arm,
-        model=ArmModel(model),
-        chain=build_chain(model),
-        feature_sensor=sensor,
-        memory=memory,
-        estimator=estimator,
-        controller=controller,
-        proprioception=proprioception,
-        task=task,
-        hold=Hold(arm.home),
-        state_log=state_log,
-        tau_log=tau_log,
-        posterior_log=posterior_log,
-        nail_logs=nail_logs,
-        is_stiff=compute_stiffness(model, settings.control_period) > 1.0,
-    )
+    def _find_overloaded(self, tool: Tool, q_start: Array) -> tuple[str, ...]:
+        """Lists the joints that are too weak to hold arm and tool at rest at q_start, (num_joints,), [rad].
+
+        Logs a warning if there are any.
+        """
+        self.model.set_payload(tool.parameters)
+        self.model.set_posture(q_start)
+        overloads = self.arm.find_overloads(self.model.compute_inverse_dynamics(np.zeros(len(q_start))))
+        if overloads:
+            texts = "; ".join(
+                f"{joint} with {tau:.3g} N m, must be at most {bound:.3g}" for joint, tau, bound in overloads
+            )
+            _LOG.warning(
+                "the arm cannot hold %s: at rest its %.3g kg load %s", name_object(tool.name), tool.mass, texts
+            )
+        return tuple(each.joint for each in overloads)
+
+    def _measure_height(self, q: Array, p_TQ: Array) -> Array:
+        """Computes the height of a point Q of the tool relative to its first position, against gravity, (N,), [m]."""
+        up = -self.chain.gravity_W / np.linalg.norm(self.chain.gravity_W)
+        heights = self.chain.compute_positions(q, p_TQ) @ up
+        above: Array = heights - heights[0]
+        return above
 
 
-def _select_arm(
-    builder: DiagramBuilder, name: str, plant: MultibodyPlant, output: str, *, num_joints: int, parts: int
-) -> OutputPort:
-    """Selects the arm's entries from a port of the plant that consists of ``parts`` equal parts.
-
-    The nail's entries are at the end of each part.
-    """
-    port: OutputPort = plant.GetOutputPort(output)
-    if plant.num_velocities() == num_joints:
-        return port
-    rows = np.array(np.kron(np.eye(parts), np.eye(num_joints, plant.num_velocities())), dtype=np.float64)
-    selection = builder.AddNamedSystem(name, MatrixGain(rows))
-    builder.Connect(port, selection.get_input_port())
-    return selection.get_output_port()
+def _select_arm(builder: DiagramBuilder, arm: Arm) -> tuple[OutputPort, OutputPort]:
+    """Returns ports with the arm's state and joint accelerations, without the nail's, which come last in the plant's."""
+    plant, n = arm.plant, arm.num_joints
+    state, vdot = plant.get_state_output_port(), plant.get_generalized_acceleration_output_port()
+    if plant.num_velocities() == n:
+        return state, vdot
+    joints = [plant.get_joint_actuator(index).joint().index() for index in plant.GetJointActuatorIndices()]
+    selected = []
+    for name, port, rows in (
+        ("arm_state", state, plant.MakeStateSelectorMatrix(joints)),
+        ("arm_acceleration", vdot, np.eye(n, plant.num_velocities())),
+    ):
+        selection = builder.AddNamedSystem(name, MatrixGain(rows))
+        builder.Connect(port, selection.get_input_port())
+        selected.append(selection.get_output_port())
+    return selected[0], selected[1]
 
 
 def _add_nail_resistance(builder: DiagramBuilder, arm: Arm, nail: NailPlacement) -> NailLogs:

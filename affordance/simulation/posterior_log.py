@@ -1,11 +1,12 @@
 """Log of the posterior during a trial; Drake's own logs accept only vectors."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
-from pydrake.systems.framework import Context
+from pydrake.common.value import Value
+from pydrake.systems.framework import Context, ValueProducer
 
 from affordance.belief.object_belief import ObjectBelief
-from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
+from affordance.drake.sampled_system import SampledSystem, Source
 
 
 class LoggedPosterior(NamedTuple):
@@ -18,30 +19,32 @@ class LoggedPosterior(NamedTuple):
 class PosteriorLog(SampledSystem):
     """Log of the belief about the object, written by publish events, which precede updates at the same time.
 
-    Each entry therefore reflects the samples before its time stamp. The last one, at the end of the presentation,
-    reflects all samples: it is the posterior from which the memory learns.
-
-    As for a VectorLogSink, the entries are stored in the Context, so that one Diagram serves any number of trials.
-    They are a parameter, which every event replaces with a longer one.
+    Each entry therefore reflects the samples before its time stamp. As in Drake's VectorLogSink, the log belongs to
+    the Context, where it is a cache entry that nothing computes, so that publish events may write to it.
 
     Input ports:
         posterior: Belief given the samples so far, ObjectBelief.
     """
 
-    def __init__(self, period: float, duration: float) -> None:
-        """Declares events at the start, every period, and at the end of a presentation; both arguments in [s]."""
+    def __init__(self, period: float) -> None:
+        """Declares an entry at the start, and one every period, [s]."""
         super().__init__()
         self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
-        # Entries so far, in order of time.
-        self.entries: ObjectParameter[tuple[LoggedPosterior, ...]] = self.declare_object_parameter(())
+        producer = ValueProducer(allocate=lambda: Value[object]([]), calc=cast(Any, ValueProducer.NoopCalc))
+        self._index = self.DeclareCacheEntry("log", producer, {self.nothing_ticket()}).cache_index()
         self.DeclareInitializationPublishEvent(self._log)
         # The first event is after one period, like the first sample: times that are summed differently would differ
         # by rounding.
         self.DeclarePeriodicPublishEvent(period, period, self._log)
-        self.DeclarePeriodicPublishEvent(duration, duration, self._log)
+
+    def find_log(self, context: Context) -> list[LoggedPosterior]:
+        """Returns the entries in order of time; clear the list before a Context is used again."""
+        entry: Any = self.get_cache_entry(self._index).get_mutable_cache_entry_value(context)
+        return cast(list[LoggedPosterior], entry.GetMutableValueOrThrow())
 
     def _log(self, context: Context) -> None:
-        entry = LoggedPosterior(context.get_time(), self._posterior.Eval(context))
+        log, entry = self.find_log(context), LoggedPosterior(context.get_time(), self._posterior.Eval(context))
         # If the integrator is changed during a trial, that time is published twice, and the last entry counts.
-        earlier = [each for each in self.entries.get(context) if each.time < entry.time]
-        self.entries.set(context, (*earlier, entry))
+        if log and log[-1].time == entry.time:
+            log.pop()
+        log.append(entry)

@@ -38,7 +38,7 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
     """Simulates a reach with a gripped tool of known densities, [kg/m^3], and logs every control period."""
     tool, memory = tool.with_densities(densities), MaterialMemory.from_densities(densities)
     runner = get_runner(dataclasses.replace(settings, log_period=settings.control_period))
-    trial = runner.get_diagram(task.duration, tool)
+    trial = runner.get_diagram(tool)
     following = task.begin(trial.model, tool.p_TTfree)
     record = runner.run(tool, following, memory, duration=task.duration, seed=0)
     p_WF = trial.chain.compute_positions(record.q, tool.p_TTfree)

@@ -5,15 +5,16 @@ features are either the true ones plus errors of given standard deviation (zero 
 colour and depth pictures of the object on its stand.
 """
 
-import importlib
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 import scipy
 
+from affordance.exceptions import BadArgumentError, show_value
 from affordance.objects.tool import Tool
-from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError
+from affordance.vision.features import ComponentFeatures, VisionError
 
 # Standard deviations of the errors of a drawing: relative for volume, [m] for position. On all twenty tools masses
 # agree within 0.3 % and centres of mass within 0.15 mm (docs/tools.md says which of these comparisons were blind).
@@ -23,19 +24,21 @@ type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 
 
 def observe(
-    tool: Tool, source: FeatureSource, error: VisionError, rng: np.random.Generator
+    tool: Tool, eye: Eye | None, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures an object's features, with errors or in pictures.
+    """Measures an object's features, by an eye or, without one, as the true ones with errors.
 
     Raises:
         SeeingError: A picture does not show the features.
     """
-    if source is FeatureSource.FEATURES:
-        return measure_features(tool, error, rng)
-    # The camera and its pipeline are imported only if they are needed.
-    see = importlib.import_module("affordance.vision.pixels.seen_tool").see
-    features: tuple[ComponentFeatures, ...] = see(tool, rng)
-    return features
+    return measure_features(tool, error, rng) if eye is None else eye(tool, rng)
+
+
+def check_eye(name: str, value: Any) -> Eye | None:
+    """Returns an eye, or None; any other value raises a BadArgumentError."""
+    if value is None or callable(value):
+        return cast(Eye | None, value)
+    raise BadArgumentError(name, "", f"is {show_value(value)}, must be a function of an object and a generator")
 
 
 def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:

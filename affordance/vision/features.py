@@ -1,6 +1,5 @@
 """Visual features of an object, with their errors."""
 
-import enum
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -29,13 +28,6 @@ class VisionError(CheckedFields):
     size: Annotated[float, Within(0.0, 1.0), Setting("1", _NONE)] = 0.0
     position: Annotated[float, Within(0.0, 1.0), Setting("m", _NONE)] = 0.0
     rotation: Annotated[float, Within(0.0, 3.0), Setting("rad", _NONE)] = 0.0
-
-
-class FeatureSource(enum.Enum):
-    """Source of an object's features."""
-
-    FEATURES = "features"  # true features plus measurement errors (paper, IV-A)
-    PIXELS = "pixels"  # features measured in colour and depth pictures
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ affordance run after_the_odd_one.py --repeats 12
 
 import pandas as pd
 
-from affordance.experiments import linear
-from affordance.experiments.lifts import run_lifts, summarise_lifts
-from affordance.experiments.observers import Setup
-from affordance.experiments.results import Results
-
-OBSERVERS, EVERY_LEARNER = 12, True
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.results import Results
+from affordance.extensions.people.experiments import linear
+from affordance.extensions.people.experiments.lifts import run_lifts, summarise_lifts
+from affordance.extensions.people.lift_settings import LiftSettings
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
@@ -37,3 +37,6 @@ def run(setup: Setup) -> Results:
         lifts=lifts,
         learners=[*numbers["learners"]],
     )
+
+
+EXPERIMENT = Experiment(run, observers=12, every_learner=True, settings=LiftSettings)

@@ -8,7 +8,7 @@ Run it with Python to write counterbalanced.csv again, then
 import numpy as np
 import pandas as pd
 
-from affordance.experiments.lifts import build_table, counterbalance, repeat
+from affordance.extensions.people.experiments.lifts import build_table, counterbalance, repeat
 
 FAMILY = ["can_60mm", "can_80mm", "can_120mm"]
 MASSES = {0: [0.4, 0.6, 0.8], 1: [0.8, 0.6, 0.4]}  # of the family in the groups "heavier" and "lighter", [kg]

@@ -13,14 +13,15 @@ import pandas as pd
 
 from affordance.belief.density_belief import DENSITY_FLOOR
 from affordance.belief.learner import Learner
-from affordance.belief.learners import label_learner, list_learners
+from affordance.belief.learners import list_learners
 from affordance.experiments import com, weight
-from affordance.experiments.observers import Setup
-from affordance.experiments.results import Results
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.results import Results
+from affordance.extensions.people.rivals import label_learner
+from affordance.extensions.people.static_lifts import StaticLifter
 from affordance.runs.random_streams import Stream
-from affordance.simulation.static_lifts import StaticLifter
 
-OBSERVERS, EVERY_LEARNER = 50, True
 DECOYS = (0, 1, 2, 6, 12)  # holds of a decoy
 
 
@@ -37,7 +38,7 @@ def hold(setup: Setup, learner: Learner, simulation: ModuleType, order: list[int
 
 
 def run(setup: Setup) -> Results:
-    """Runs it."""
+    """Holds each decoy several times, with each learner."""
     rows = []
     for learner in list_learners(setup.settings.learner):
         for count in DECOYS:
@@ -55,5 +56,7 @@ def run(setup: Setup) -> Results:
         numbers={"beliefs": table.to_dict("records")},
         claims=[],
         tables={"Beliefs after holds of the decoy.": table.round(3).set_index("learner")},
-        learners=[*dict.fromkeys(table["learner"])],
     )
+
+
+EXPERIMENT = Experiment(run, observers=50, every_learner=True)

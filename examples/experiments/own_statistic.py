@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from affordance.experiments import linear
-from affordance.experiments.lifts import measure_each, run_lifts, summarise_lifts
-from affordance.experiments.observers import Setup
-from affordance.experiments.results import Results
-
-OBSERVERS, EVERY_LEARNER = 12, True
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.results import Results
+from affordance.extensions.people.experiments import linear
+from affordance.extensions.people.experiments.lifts import measure_each, run_lifts, summarise_lifts
+from affordance.extensions.people.lift_settings import LiftSettings
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
@@ -50,3 +50,6 @@ def run(setup: Setup) -> Results:
         lifts=lifts,
         learners=[*numbers["learners"]],
     )
+
+
+EXPERIMENT = Experiment(run, observers=12, every_learner=True, settings=LiftSettings)

@@ -8,10 +8,11 @@ from dataclasses import replace
 import pandas as pd
 
 from affordance.belief.learners import KINDS_DRAWN
-from affordance.experiments import linear
-from affordance.experiments.lifts import run_lifts, summarise_lifts
-from affordance.experiments.observers import Setup
-from affordance.experiments.results import Results
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.results import Results
+from affordance.extensions.people.experiments import linear
+from affordance.extensions.people.experiments.lifts import run_lifts, summarise_lifts
 
 OBSERVERS, MOST = 12, 100  # observers to analyse, and most of those who are tested
 LIMIT = 0.02  # largest mean error in the third cycle of the family, as a share of the weight; people would need more
@@ -54,3 +55,6 @@ def run(setup: Setup) -> Results:
         lifts=lifts,
         learners=["kinds_drawn"],
     )
+
+
+EXPERIMENT = Experiment(run)

@@ -33,7 +33,7 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import get_runner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.systems import predict_object
+from affordance.vision.prediction import predict_object
 from studies.calibration.cramer_rao import compute_bound, feel_along, feel_at_rest
 from studies.random_streams import StudyStream
 from studies.study import run_kept

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from affordance.experiments import reach
-from affordance.experiments.experience import gain_experience, recall
-from affordance.experiments.grips import (
+from affordance.experiments.shared.experience import gain_experience, recall
+from affordance.experiments.shared.grips import (
     choose_before_experience,
     choose_by_sample,
     estimate_correct,
     find_cheaper_grip,
 )
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
 from affordance.named_settings import change_settings
 from affordance.objects.tool import list_colours
 

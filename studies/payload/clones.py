@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.exceptions import BadValueError
-from affordance.identification.recording.run import Run, RunDescription
-from affordance.identification.recording.run_file import read_run
-from affordance.identification.settings import SignalKind
+from affordance.extensions.payload.recording.run import Run, RunDescription
+from affordance.extensions.payload.recording.run_file import read_run
+from affordance.extensions.payload.settings import SignalKind
+from affordance.extensions.robots.recorded_arm import load_robot
 from affordance.plant.serial_chain import SerialChain
-from affordance.robots.recorded_arm import load_robot
 
 _HERE = Path(__file__).parent
 _UR10E = Path("dynamic_calibration")

@@ -8,7 +8,7 @@ of warming up. This number is now the drift between sessions, and both tables we
 from dataclasses import dataclass
 from pathlib import Path
 
-from affordance.identification.settings import SignalKind
+from affordance.extensions.payload.settings import SignalKind
 
 _HERE = Path(__file__).parent
 

@@ -13,14 +13,14 @@ import numpy as np
 from tqdm import tqdm
 
 from affordance.arrays import Array, Mask
-from affordance.identification.evidence.evidence import Evidence
-from affordance.identification.evidence.fitted_arm import CELL, FittedArm
-from affordance.identification.evidence.gains import build_nominal_gains
-from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
-from affordance.identification.posterior.inference import infer
-from affordance.identification.posterior.marginals import COM, MASS, MOMENTS, describe_bodies
-from affordance.identification.recording.preparation import prepare
-from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.extensions.payload.evidence.evidence import Evidence
+from affordance.extensions.payload.evidence.fitted_arm import CELL, FittedArm
+from affordance.extensions.payload.evidence.gains import build_nominal_gains
+from affordance.extensions.payload.evidence.unpaired_runs import fit_empty_arm, subtract_arm
+from affordance.extensions.payload.posterior.inference import infer
+from affordance.extensions.payload.posterior.marginals import COM, MASS, MOMENTS, describe_bodies
+from affordance.extensions.payload.recording.preparation import prepare
+from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 from studies.payload.clones import PandaData
 

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.paired_runs import pair_runs
-from affordance.identification.posterior.calibration import calibrate_gains
-from affordance.identification.recording.run import Run, RunDescription
-from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.extensions.payload.evidence.gains import Gains
+from affordance.extensions.payload.evidence.paired_runs import pair_runs
+from affordance.extensions.payload.posterior.calibration import calibrate_gains
+from affordance.extensions.payload.recording.run import Run, RunDescription
+from affordance.extensions.payload.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.extensions.robots.recorded_arm import load_robot
 from affordance.plant.serial_chain import SerialChain
-from affordance.robots.recorded_arm import load_robot
 from studies.payload.errors import (
     ANGLE_NOISE,
     CABLE_MASS,

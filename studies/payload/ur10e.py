@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from affordance.identification.evidence.paired_runs import pair_runs
-from affordance.identification.identify import Runs, identify
-from affordance.identification.posterior.calibration import calibrate_gains, check_halves
-from affordance.identification.settings import IdentificationSettings
+from affordance.extensions.payload.evidence.paired_runs import pair_runs
+from affordance.extensions.payload.identify import Runs, identify
+from affordance.extensions.payload.posterior.calibration import calibrate_gains, check_halves
+from affordance.extensions.payload.settings import IdentificationSettings
 from studies.payload.clones import UR10E_LOAD, Ur10eData
 
 # Joints whose load friction is reported, numbered from 1.

@@ -14,12 +14,12 @@ from affordance.belief.learner import Learner
 from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed, add_set, change_by_name
 from affordance.exceptions import BadValueError
-from affordance.experiments import linear
-from affordance.experiments.lifts import cylinder
-from affordance.experiments.linear import GROUPS
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.people.experiments import linear
+from affordance.extensions.people.experiments.lifts import cylinder
+from affordance.extensions.people.experiments.linear import GROUPS
+from affordance.extensions.people.static_lifts import check_closed_form
 from affordance.objects.tool import Tool
-from affordance.simulation.static_lifts import check_closed_form
 from studies.people.figure import draw_kappa_fit
 from studies.people.fit import Fraction, KappaFit, estimate_people_fraction, simulate_and_fit, simulate_fractions
 from studies.study import Findings, Study, Task, Work

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from affordance.experiments.linear import GROUPS
+from affordance.extensions.people.experiments.linear import GROUPS
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from studies.people.fit import THRESHOLD, Fraction, KappaFit
 

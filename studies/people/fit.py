@@ -19,12 +19,12 @@ from scipy.stats import chi2
 from scipy.stats import t as student_t
 
 from affordance.arrays import Array
-from affordance.experiments import linear
-from affordance.experiments.holds import compute_volume
-from affordance.experiments.lifts import lift
-from affordance.experiments.linear import Group
-from affordance.experiments.observers import Setup
-from affordance.experiments.people import Published
+from affordance.experiments.shared.holds import compute_volume
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.people.experiments import linear
+from affordance.extensions.people.experiments.lifts import lift
+from affordance.extensions.people.experiments.linear import Group
+from affordance.extensions.people.experiments.people import Published
 from affordance.objects.tool import Tool
 from affordance.runs.repeats import run_tasks
 

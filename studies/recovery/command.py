@@ -13,11 +13,11 @@ from scipy.special import nctdtr, ndtri, stdtrit
 
 from affordance.belief.learners import KINDS_DRAWN
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
-from affordance.control.participant import Participant
 from affordance.exceptions import BadValueError
-from affordance.experiments import linear
+from affordance.extensions.people.experiments import linear
+from affordance.extensions.people.free_parameters import list_free
+from affordance.extensions.people.participant import Participant
 from affordance.files.model_folder import MODELS
-from affordance.people.free_parameters import list_free
 from studies.recovery.people import PUSH_ERROR, Recovery, list_rivals, recover
 from studies.study import Findings, Study, Work, format_table, run_kept
 

@@ -1,7 +1,7 @@
 """Simulates people with known learners, and fits learners to their pushes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -12,15 +12,17 @@ from scipy.special import logsumexp
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.belief.learner_file import load_learner
-from affordance.belief.learners import DENSITY, KINDS_DRAWN, OWN_AND_SHARED, OWN_MEMORY
-from affordance.control.participant import Participant
-from affordance.experiments import linear
-from affordance.experiments.lifts import lift
-from affordance.experiments.observers import Setup
+from affordance.belief.learners import DENSITY, KINDS_DRAWN
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.people.experiments import linear
+from affordance.extensions.people.experiments.lifts import lift
+from affordance.extensions.people.fit import Question, score_ahead
+from affordance.extensions.people.free_parameters import list_free, set_values
+from affordance.extensions.people.lift_settings import LiftSettings, with_participant
+from affordance.extensions.people.participant import Participant
+from affordance.extensions.people.pushes import Lifts, Person
+from affordance.extensions.people.rivals import OWN_AND_SHARED, OWN_MEMORY
 from affordance.objects.tool import Tool
-from affordance.people.fit import Question, score_ahead
-from affordance.people.free_parameters import list_free, set_values
-from affordance.people.pushes import Lifts, Person
 
 # Of participants, both simulated and fitted; kappa varies according to its prior.
 PUSH_ERROR = 0.2
@@ -73,7 +75,11 @@ def recover(config: Recovery, number: int) -> Mapping[str, NDArray[np.float64]]:
         bic[row] = len(question.free) * np.log(config.lifts) - 2.0 * best
     mean, sd = np.full((2, len(ends)), np.nan)
     if learner is KINDS_DRAWN:
-        question = ask(learner, setup.change(participant=known).settings, list_free(learner, known, ["kappa"]))
+        question = ask(
+            learner,
+            replace(with_participant(setup.settings), participant=known),
+            list_free(learner, known, ["kappa"]),
+        )
         normal = question.draw_prior()
         mean, sd = weigh(
             np.log(question.convert(normal)[:, 0]), np.cumsum(question.compute(0, normal), axis=1)[:, ends]
@@ -90,7 +96,7 @@ def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, t
     own = set_values(learner, known, free, values)[0] if free else learner
     own = own.change(**{each.name: float(values[0, i]) for i, each in enumerate(free)})
     # Seeds of orders, errors and pushes include the observer's number.
-    setup = Setup(seed=config.seed + 1 + number).change(learner=own, participant=known)
+    setup = Setup(seed=config.seed + 1 + number, settings=LiftSettings(learner=own, participant=known))
     tools = tuple(linear.read(_GROUP, setup))
     names = [tool.name for tool in tools]
     data = lift(setup, tools, linear.design, [0])[0].isel(lift=slice(config.lifts[-1]))

@@ -14,7 +14,7 @@ from affordance.choice.picking import MIN_FEASIBILITY, TIE
 from affordance.choice.ranking import rank_options
 from affordance.control.cost_measure import CostMeasure
 from affordance.exceptions import AffordanceError
-from affordance.experiments.grips import (
+from affordance.experiments.shared.grips import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
     choose_by_sample,

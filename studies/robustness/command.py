@@ -13,7 +13,7 @@ import numpy as np
 from affordance.arguments import check_whole
 from affordance.commands.options import add_run_options
 from affordance.exceptions import BadValueError
-from affordance.experiments.results import describe_faults, describe_setup
+from affordance.experiments.shared.results import describe_faults, describe_setup
 from affordance.files.constraints import Whole
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import compute_key
@@ -30,13 +30,13 @@ _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
 _DEFAULT = "default"
 # Settings that the sample varies, and settings that the study does not use.
 _VARIED = ("noise", "sample_period", "acceleration_sd", "prior", "mpc.horizon", "cost_measure")
-_UNUSED = ("learner", "feature_source", "vision_error")
+_UNUSED = ("learner", "eye", "vision_error")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    what, former = "settings of the sample", ["--settings"]
-    add_run_options(parser, DEFAULT_NUM_SETTINGS, what, former=former, models="arm, materials, path and nail")
+    what = "settings of the sample"
+    add_run_options(parser, DEFAULT_NUM_SETTINGS, what, models="arm, materials, path and nail")
     alone = parser.add_mutually_exclusive_group()
     alone.add_argument(
         "--setting",

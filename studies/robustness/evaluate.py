@@ -13,7 +13,7 @@ import numpy as np
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.exceptions import AffordanceError
-from affordance.experiments.objects import check_can_be_held
+from affordance.experiments.shared.objects import check_can_be_held
 from affordance.objects.tool import list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm

@@ -21,7 +21,7 @@ from affordance.objects.tool import Tool
 from affordance.simulation.trial import get_runner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.systems import predict_object
+from affordance.vision.prediction import predict_object
 from studies.robustness.build import HOLD_DURATION, World
 from studies.robustness.choosing import Experience
 from studies.robustness.interpolation import Motions, interpolate_motions

@@ -9,14 +9,14 @@ import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
-from affordance.experiments.experience import draw_order
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.experience import draw_order
+from affordance.experiments.shared.observers import Setup
 from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.systems import predict_object
+from affordance.vision.prediction import predict_object
 from studies.robustness.build import World
 
 _FELT = 1  # element of a seed for errors of felt torques, as in a simulated trial

@@ -10,16 +10,17 @@ from helpers.children import ROOT
 from helpers.refusals import refuse
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.learner import Learner, Seen, check_learner
+from affordance.belief.learner import Learner, Seen
 from affordance.belief.learner_file import load_learner
-from affordance.belief.learners import LEARNERS, list_learners
+from affordance.belief.learners import LEARNERS, check_learner, list_learners
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import start_memory
 from affordance.belief.memory_file import format_memory, parse_memory
+from affordance.commands.options import read_learner
 from affordance.exceptions import AffordanceError
 from affordance.experiments import weight
-from affordance.experiments.lifts import cylinder, repeat, run_lifts
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.people.experiments.lifts import cylinder, repeat, run_lifts
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings
 from affordance.objects.load import load_tools
@@ -148,15 +149,6 @@ def test_command_line_runs_an_experiment_of_the_arm_and_one_of_lifts(tmp_path):
     assert weight.run(Setup(observers=2, out=tmp_path).change(learner=load_learner(FORGETTING))).numbers
 
 
-def test_settings_list_parameters_with_unit_and_source():
-    said = answer("settings", "learner", "--learner", FORGETTING, "--set", "learner.drift=50").out
-    assert "learner = Forgetting" in said
-    assert "learner.drift = 50 kg/m^3" in said
-    assert "Standard deviation of the change of a mean density" in said
-    kinds = answer("settings", "learner", "--learner", "kinds_map").out
-    assert "learner.kappa = 0.22" in kinds
-
-
 @pytest.mark.parametrize(
     ("word", "said"),
     [
@@ -169,7 +161,7 @@ def test_settings_list_parameters_with_unit_and_source():
     ],
 )
 def test_what_is_no_learner_is_refused_in_a_line(mine, word, said):
-    refused = refuse(load_learner, word.format(mine=mine))
+    refused = refuse(read_learner, word.format(mine=mine))
     assert said.replace("; did you mean Mine?", "").format(mine=mine) in refused
     assert "\n" not in refused
 

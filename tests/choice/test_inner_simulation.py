@@ -13,11 +13,11 @@ from affordance.choice.inner_simulation import check_num_samples, collect_costs,
 from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank, rank_options
 from affordance.exceptions import AffordanceError
+from affordance.extensions.pixels.pipeline import COLOUR_SD
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.rollout import roll_out
 from affordance.vision.features import VisionError
-from affordance.vision.pixels.pipeline import COLOUR_SD
-from affordance.vision.systems import predict_object
+from affordance.vision.prediction import predict_object
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,9 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank_options
+from affordance.extensions.pixels.pixel_eye import PIXELS
 from affordance.objects.tool import find_free_end
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.vision.features import FeatureSource
 
 
 def test_options_are_the_grips_as_seen():
@@ -28,8 +28,8 @@ def test_stick_seen_in_a_picture_is_all_but_a_matter_of_chance():
 
     Apart from sampling errors, one half may look a percent larger than the other.
     """
-    settings = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
-    options = list_options(STICK, seed=1, feature_source=settings.feature_source)
+    settings = dataclasses.replace(DEFAULT_SETTINGS, eye=PIXELS)
+    options = list_options(STICK, seed=1, eye=settings.eye)
     choice = plan_choice(options, REACH, settings)
     assert all(part.X_TE[1, 3] != 0.0 and len(part.deformations) == 9 for part in choice.options[0].features)
     ranking = rank_options(choice, MaterialMemory(), np.random.default_rng(0), 5_000)

@@ -10,13 +10,13 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.listed_options import list_options
 from affordance.choice.options import Option, add_weighings
 from affordance.choice.weighed import WeighedObject, compute_likelihood, condition_on_weighings
-from affordance.choice.weighed_holds import learn_weighings
+from affordance.extensions.advice.weighed_holds import learn_weighings
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.objects.weighing import Weighing
 from affordance.vision.features import VisionError
-from affordance.vision.systems import measure_geometry
+from affordance.vision.prediction import measure_geometry
 
 STEEL = Material("steel", (0.5, 0.5, 0.6), 7850.0, 87.0)
 OAK = Material("oak", (0.8, 0.6, 0.3), 700.0, 70.0)

@@ -4,8 +4,8 @@ from helpers.answers import answer
 
 from affordance import MODELS, TrialRunner, load_tools
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, TRIALS
-from affordance.memory.ledger import open_memory
-from affordance.memory.simulated_trial import describe_trial
+from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.simulated_trial import describe_trial
 
 
 def test_identify_says_its_command_and_finds_the_mass_of_the_simulation():

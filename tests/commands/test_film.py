@@ -7,7 +7,7 @@ from helpers.answers import answer
 from helpers.refusals import refuse_command
 
 from affordance.commands import film
-from affordance.experiments.drawings import replay_holds
+from affordance.experiments.shared.drawings import replay_holds
 from affordance.simulation.trial import TrialRunner
 
 

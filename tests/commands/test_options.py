@@ -5,10 +5,6 @@ from pathlib import Path
 import pytest
 from helpers.refusals import refuse_command
 
-PROTOCOLS_ARE_GONE = (
-    "experiment: is 'mine.yaml': experiments are now Python programs, and YAML protocols are no longer read"
-)
-
 
 @pytest.mark.parametrize(
     ("words", "said"),
@@ -17,11 +13,8 @@ PROTOCOLS_ARE_GONE = (
             "run wieght",
             "experiment: is 'wieght', must be one of all, weight, com, reach, hammer, vision, linear_plus,",
         ),
-        ("run mine.yaml", PROTOCOLS_ARE_GONE),
-        ("predict mine.yaml", PROTOCOLS_ARE_GONE),
         ("predict vision", "experiment: is 'vision', which uses one learner for all observers"),
         ("predict linear_pluss", "did you mean 'linear_plus'?"),
-        ("watch vision", "experiment: is 'vision', in which nothing moves, must be weight, com, reach, hammer"),
         ("watch wieght", "experiment: is 'wieght', must be one of weight, com, reach, hammer"),
         ("run --repeats 0", "--repeats: is 0, must be from 1 to 100000; the nearest is 1"),
         ("run --repeats -5", "--repeats: is -5, must be from 1 to 100000; the nearest is 1"),
@@ -42,7 +35,7 @@ PROTOCOLS_ARE_GONE = (
         ("run linear_plus --vision pixels", "--vision: is 'pixels', must be 'features' for linear_plus"),
         ("run weight --fault gremlins", "--fault: is 'gremlins', must be one of nan_samples, "),
         ("run linear_plus --fault bias", "--fault: is given, must be omitted for linear_plus"),
-        ("run --models nowhere", "--robot: is 'nowhere', which is neither a folder nor a robot's file"),
+        ("run --robot nowhere", "--robot: is 'nowhere', which is neither a folder nor a robot's file"),
         (
             "run weight --learner kinds_map --set learner=density",
             "--set: learner: is given together with --learner, must be given once",

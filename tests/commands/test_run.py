@@ -7,8 +7,8 @@ import pytest
 from helpers.answers import answer
 
 from affordance.commands import run
-from affordance.experiments.observers import Setup
-from affordance.experiments.suite import OF_THE_PAPER, SuiteResult
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.suite import OF_THE_PAPER, SuiteResult
 
 
 @pytest.mark.parametrize(("left_out", "status"), [({}, 0), ({"hammer": "no swing is so fast"}, 3)])
@@ -20,7 +20,7 @@ def test_exit_status_says_whether_all_could_be_done(left_out, status, monkeypatc
     monkeypatch.setattr(run, "run_suite", run_suite)
     printed = answer("run", "all", "--repeats", 1, "--out", tmp_path, status=status)
     plan, finding, report = printed.lines
-    assert plan.startswith("weight, com, reach, hammer, vision: 1 observer each, ")
+    assert plan.startswith("weight, com, reach, hammer: 1 observer each, ")
     assert finding == "weight: the decoy rises"
     assert report == "The report: results/report.html"
     assert ("hammer" in printed.err) == bool(left_out)

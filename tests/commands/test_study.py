@@ -12,7 +12,7 @@ from affordance.files.model_folder import list_studies
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("robustness --set prior.sd=3", "--set: prior.sd: has no effect here: the sample varies it"),
+        ("study robustness --set prior.sd=3", "--set: prior.sd: has no effect here: the sample varies it"),
         ("study people --set learner=density", "--set: learner: has no effect here"),
         ("study people --lowest 0.5", "--lowest: is 0.5, must be above 0 and below --highest, 0.48"),
         ("study people --lowest 0", "--lowest: is 0, must be above 0"),

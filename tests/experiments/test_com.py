@@ -8,10 +8,11 @@ import xarray as xr
 from helpers.changed_files import change_file
 from helpers.results_files import read_numbers, read_section
 
-from affordance.experiments import com, experience
-from affordance.experiments.experience import gain_experience, recall
-from affordance.experiments.observers import Setup
-from affordance.experiments.suite import run_suite
+from affordance.experiments import com
+from affordance.experiments.shared import experience
+from affordance.experiments.shared.experience import gain_experience, recall
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.suite import run_suite
 from affordance.objects.tool import list_colours, list_densities
 from affordance.proprioception.faults import Faults
 

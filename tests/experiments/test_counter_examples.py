@@ -13,25 +13,22 @@ from collections.abc import Callable, Mapping
 import pytest
 import xarray as xr
 from helpers.robustness_runs import CONTRADICTED
+from helpers.shipped_runs import NAMES
 
 from affordance.belief.kinds_learner import Kinds, Pick
 from affordance.belief.learners import DENSITY, KINDS_MAP, LEARNERS
-from affordance.experiments import (
-    com,
-    experience,
-    ladder,
-    linear,
-    next_lift,
-    suite,
-    vision,
-    weight,
-)
-from affordance.experiments.observers import Setup
+from affordance.commands.catalogue import find_experiment
+from affordance.experiments import com, weight
+from affordance.experiments.shared import experience
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.advice.experiments import next_lift
+from affordance.extensions.people.experiments import ladder, linear
+from affordance.extensions.pixels.camera_sensor import CameraSensor
+from affordance.extensions.pixels.experiments import vision
 from affordance.named_settings import change_settings
 from affordance.proprioception.faults import Faults
 from affordance.reporting.claims import ClaimResult
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.vision.pixels.camera_sensor import CameraSensor
 
 type Run = Callable[[pytest.MonkeyPatch, Setup], list[ClaimResult]]
 
@@ -78,7 +75,7 @@ def lift(group: str, patch: pytest.MonkeyPatch, setup: Setup, *, kappa: float | 
 
 def lift_all_as_one_kind(name: str, patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
     widen(patch, ONE_KIND)
-    return [*suite.find_experiment(name).run(setup).claims]
+    return [*find_experiment(name).run(setup).claims]
 
 
 def lift_without_doubts(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
@@ -191,7 +188,7 @@ def list_contradicted(name):
     ]
 
 
-@pytest.mark.parametrize("name", suite.NAMES)
+@pytest.mark.parametrize("name", NAMES)
 def test_every_claim_has_a_counter_example_and_is_judged_as_shipped(get_shipped, name):
     claims = get_shipped(name).claims
     assert claims

@@ -16,9 +16,9 @@ from affordance.choice.off_axis import list_shifted, measure_change
 from affordance.choice.picking import NO_OPTION
 from affordance.exceptions import BadValueError
 from affordance.experiments import hammer as hammering
-from affordance.experiments.blow_drawings import label_nails
-from affordance.experiments.blows import compute_work, plan_blows
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.blow_drawings import label_nails
+from affordance.experiments.shared.blows import compute_work, plan_blows
+from affordance.experiments.shared.observers import Setup
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials

@@ -5,9 +5,7 @@ import json
 import math
 
 import pytest
-from helpers.shipped_runs import KEPT, list_kept
-
-from affordance.experiments.suite import NAMES
+from helpers.shipped_runs import KEPT, NAMES, list_kept
 
 # Kernels of another processor differ by some 1e-14.
 _TOLERANCE = 1e-9

@@ -11,7 +11,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import ControlCounts
 from affordance.exceptions import BadValueError
 from affordance.experiments import reach
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
 from affordance.simulation.rollout import Rollout
 from affordance.simulation.trial_record import TrialRecord
 

@@ -12,8 +12,8 @@ from helpers.results_files import read_numbers, read_section
 
 from affordance.exceptions import AffordanceError
 from affordance.experiments import weight
-from affordance.experiments.observers import Setup
-from affordance.experiments.suite import run_suite
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.suite import run_suite
 
 RODS = ["rod_10cm", "rod_15cm", "rod_20cm", "rod_25cm"]
 BRASS, DECOY = "position: [0.050, 0, 0], material: brass", "material: beech, looks_like: brass"

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
-from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
-from affordance.identification.posterior.log_cholesky import parameters_from_theta
-from affordance.identification.recording.run import Run, RunDescription
-from affordance.identification.settings import SignalKind
+from affordance.extensions.payload.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.extensions.payload.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
+from affordance.extensions.payload.recording.run import Run, RunDescription
+from affordance.extensions.payload.settings import SignalKind
+from affordance.extensions.robots.recorded_arm import load_robot
 from affordance.plant.serial_chain import SerialChain
-from affordance.robots.recorded_arm import load_robot
 
 # Shoulder, elbow and wrist of an arm of a metre: place and axis of each joint, mass and centre of each link.
 _JOINTS = (

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from affordance.extensions.pixels.camera_sensor import TURNING_RIG, CameraSensor
 from affordance.objects.inertia import build_inertia_map
 from affordance.objects.primitives import Box
 from affordance.objects.striking_face import StrikingFace
 from affordance.objects.tool import Component, Tool
 from affordance.objects.tool_entries import build_pose
-from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor
 from helpers.workshop import MATERIALS
 
 STAND = CameraSensor(TURNING_RIG)

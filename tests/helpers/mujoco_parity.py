@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 
+from affordance.extensions.robots.home import plant_arm
+from affordance.extensions.robots.reduced_arm import ReducedArm
 from affordance.plant.arm_model import ArmModel
-from affordance.robots.home import plant_arm
-from affordance.robots.reduced_arm import ReducedArm
 
 _STATES = 50
 

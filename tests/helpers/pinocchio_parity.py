@@ -8,9 +8,9 @@ import numpy as np
 from pydrake.multibody.tree import MultibodyForces
 
 from affordance.arrays import Array
-from affordance.robots.home import plant_arm
-from affordance.robots.importer import ImportOptions, read_arm
-from affordance.robots.reduced_arm import ReducedArm
+from affordance.extensions.robots.home import plant_arm
+from affordance.extensions.robots.importer import ImportOptions, read_arm
+from affordance.extensions.robots.reduced_arm import ReducedArm
 
 # Number of states, and largest joint velocities and accelerations in these, [rad/s, rad/s^2].
 _STATES, _RATE, _ACCELERATION = 20, 2.0, 5.0

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from affordance.extensions.pixels.rig import DEFAULT_RIG, Rig, render_images
 from affordance.objects.tool import Tool
-from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, render_images
 
 
 def render_labels(tool: Tool, rig: Rig = DEFAULT_RIG) -> NDArray[np.int32]:

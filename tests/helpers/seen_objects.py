@@ -7,7 +7,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
 from affordance.objects.inertia import Ellipsoid
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.systems import predict_object
+from affordance.vision.prediction import predict_object
 
 RED, BLUE = (0.9, 0.1, 0.1), (0.1, 0.1, 0.9)
 

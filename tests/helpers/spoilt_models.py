@@ -22,9 +22,11 @@ import yaml
 from hypothesis import strategies as st
 
 from affordance.cli import main
-from affordance.experiments import blows, hammer, reach, suite, vision
-from affordance.experiments.observers import Setup
-from affordance.experiments.suite import find_experiment
+from affordance.experiments import hammer, reach
+from affordance.experiments.shared import blows, suite
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.suite import find_experiment
+from affordance.extensions.pixels.experiments import vision
 from affordance.files.model_folder import MODELS
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
@@ -123,7 +125,7 @@ def answer(models: Path, case: Case) -> Answer:
     path, out = models / case.file, models.parent / "out"
     good = path.read_bytes()
     path.write_bytes(case.content)
-    arguments = ["--models", str(models), "--out", str(out), "--fault", "bias", "--jobs", "1"]
+    arguments = ["--robot", str(models), "--out", str(out), "--fault", "bias", "--jobs", "1"]
     printed, complained = io.StringIO(), io.StringIO()
     try:
         with (

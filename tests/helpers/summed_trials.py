@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 
 from affordance.belief.density_belief import Prior
-from affordance.memory.evidence_sums import EvidenceSums
-from affordance.memory.trial_evidence import TrialEvidence
+from affordance.extensions.memory.evidence_sums import EvidenceSums
+from affordance.extensions.memory.trial_evidence import TrialEvidence
 
 
 def sum_trials(trials: Iterable[TrialEvidence], prior: Prior) -> EvidenceSums:

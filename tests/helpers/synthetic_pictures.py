@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from affordance.vision.pixels.ellipsoid_fit import SeenEllipsoid, trace_rays
-from affordance.vision.pixels.rgbd import Camera, Picture
-from affordance.vision.pixels.rig import DEFAULT_RIG, compute_shading
-from affordance.vision.pixels.sensor_noise import SensorNoise
+from affordance.extensions.pixels.ellipsoid_fit import SeenEllipsoid, trace_rays
+from affordance.extensions.pixels.rgbd import Camera, Picture
+from affordance.extensions.pixels.rig import DEFAULT_RIG, compute_shading
+from affordance.extensions.pixels.sensor_noise import SensorNoise
 
 CAMERA = DEFAULT_RIG.camera
 STAND = DEFAULT_RIG.height

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.memory.felt_models import MeanDensities
-from affordance.memory.ledger import open_memory
-from affordance.memory.trial_evidence import TrialEvidence
+from affordance.belief.likelihood import Quadratic
+from affordance.extensions.memory.felt_models import PayloadQuadratic, pack
+from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.trial_evidence import TrialEvidence
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import is_colour, parse_colour
 from affordance.objects.inertia import Geometry, compute_point_parameters
@@ -77,17 +78,22 @@ def get_regressor() -> Array:
     return _Y
 
 
-def write_known(path: Path, densities: Mapping[str, float], *, name: str = "stock") -> Path:
-    """Writes the lasting memory of an observer who knows the densities of some materials to 1 kg/m^3, from one thing.
+def write_known(path: Path, densities: Mapping[str, float], *, name: str = "stock", things: int = 100) -> Path:
+    """Writes the lasting memory of an observer who held many things of each material, each weighed to 1 kg/m^3.
 
     Keys of the densities are names of materials or colours as "#b07a45"; what is in the memory stays.
     """
-    colours = [parse_colour(key) if is_colour(key) else load_materials()[key].colour for key in densities]
-    size = len(colours)
-    features = np.concatenate([np.eye(size).ravel(), list(densities.values())])
-    geometry = build_geometry(size)
-    parts = tuple(PartAppearance(colour, (1.0,), (0.0, 0.0, 0.0)) for colour in colours)
-    trial = TrialEvidence(name, parts, geometry, MeanDensities(), features, 1, size, "arm")
+    trials = []
+    for key, rho in densities.items():
+        colour = parse_colour(key) if is_colour(key) else load_materials()[key].colour
+        geometry = build_geometry(1)
+        inverse = np.linalg.pinv(geometry.Phi)
+        H = inverse.T @ inverse  # a precision of 1 (kg/m^3)^-2
+        features = pack(Quadratic(H, H @ geometry.Phi @ [rho]))
+        for number in range(things):
+            part = PartAppearance(colour, (1.0 + 0.01 * number,), (0.0, 0.0, 0.0))
+            thing = f"{name} {number}" if number else name
+            trials.append(TrialEvidence(thing, (part,), geometry, PayloadQuadratic(), features, 1, 1, "arm"))
     with open_memory(path) as ledger:
-        ledger.append([trial])
+        ledger.append(trials)
     return path

@@ -16,19 +16,6 @@ from playwright.sync_api import Page
 from helpers.browser import find_browser, open_page
 from helpers.children import PATIENCE, Start
 
-# Once the page is there: heights of visible arrows, [m].
-_NOTE_ARROWS = """() => {
-    window.arrows = [];
-    const obey = viewer.handle_command.bind(viewer);
-    viewer.handle_command = command => {
-        obey(command);
-        if ((command.path || "").startsWith("/drake/contact/point/tool+nail")) {
-            const arrow = viewer.scene_tree.find(["drake", "contact", "point", "tool+nail"]).object;
-            const box = new MeshCat.THREE.Box3().setFromObject(arrow);
-            if (arrow.visible && !box.isEmpty()) window.arrows.push(box.max.y - box.min.y);
-        }
-    };
-}"""
 # Extent of arm and object on the page, from -1 to 1: least and greatest to the right, and upwards.
 EXTENT = """() => {
     const box = [1, -1, 1, -1];
@@ -44,14 +31,6 @@ EXTENT = """() => {
         }
     });
     return box;
-}"""
-# Place of the middle of the object in the hand, from the upper left corner of the page, [px].
-_MIDDLE = """() => {
-    let shown = null;
-    viewer.scene_tree.find(["drake", "arm", "tool"]).object.traverse(node => { if (node.geometry) shown = node; });
-    const middle = new MeshCat.THREE.Vector3().setFromMatrixPosition(shown.matrixWorld).project(viewer.camera);
-    const scene = viewer.renderer.domElement.getBoundingClientRect();
-    return [scene.left + (1 + middle.x) / 2 * scene.width, scene.top + (1 - middle.y) / 2 * scene.height];
 }"""
 # Height of the object in the hand and radius of the sphere around it, [m]; -1 while there is none.
 _TOOL = """
@@ -69,7 +48,8 @@ RADIUS = f"() => {{{_TOOL} return radius;}}"
 _BRIEFLY = """
 import sys
 from affordance.cli import main
-from affordance.experiments import experience, weight
+from affordance.experiments import weight
+from affordance.experiments.shared import experience
 weight.DURATION = experience.DURATION = 0.5
 read = weight.read
 weight.read = lambda setup: read(setup)[:1]
@@ -93,7 +73,6 @@ class Watched:
         page.on("pageerror", lambda error: self._errors.append(str(error)))
         page.on("request", lambda request: self._asked.append(request.url))
         page.goto(address)
-        page.evaluate(_NOTE_ARROWS)
         page.wait_for_function(f"() => ({HEIGHT})() > 0")
 
     def read(self, count: int) -> list[str]:
@@ -130,18 +109,6 @@ class Watched:
             f"() => {find}?.nextSibling.textContent", timeout=40000.0
         ).json_value()
         return found
-
-    @contextmanager
-    def pull(self, pixels: float) -> Iterator[None]:
-        """Pulls the object in the hand, downwards by pixels."""
-        x, y = self.page.evaluate(_MIDDLE)
-        self.page.keyboard.down("Control")
-        self.page.mouse.move(x, y)
-        self.page.mouse.down()
-        self.page.mouse.move(x, y + pixels, steps=4)
-        yield
-        self.page.mouse.up()
-        self.page.keyboard.up("Control")
 
     def check(self) -> None:
         """Asserts that the page reported no error, and asked nothing of another address."""

@@ -8,7 +8,7 @@ from affordance.choice.pricing import plan_options
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import load_materials
-from affordance.robots.robot import Robot
+from affordance.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS
 
 MATERIALS = select_known(load_materials(), ())

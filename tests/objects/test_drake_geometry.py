@@ -8,11 +8,11 @@ from pydrake.geometry import MeshcatVisualizer, Role, StartMeshcat
 from pydrake.multibody.tree import CalcSpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
+from affordance.extensions.pixels.camera_sensor import TURNING_RIG, CameraSensor, present
 from affordance.objects.array_solids import ColumnSolid
 from affordance.objects.drake_geometry import draw_mesh, make_drawn_shape
 from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.plant.load import add_arm
-from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor, present
 
 
 @pytest.mark.parametrize("name", HAMMERS)

@@ -12,7 +12,7 @@ from affordance.plant.arm import ARM, Arm
 from affordance.plant.arm_model import ArmModel, HeldTorqueModel, compute_stiffness
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
-from affordance.simulation.diagram import build_trial_diagram
+from affordance.simulation.diagram import TrialDiagram
 
 TICK = 0.005
 
@@ -93,9 +93,9 @@ def test_stiffness_is_the_tick_over_the_shortest_time_constant_of_damping(tmp_pa
 
 def test_only_a_stiff_arm_is_simulated_with_the_accuracy_for_stiff_arms(tmp_path: Path) -> None:
     settings = Settings(arm=write_damped_arm(tmp_path, {"wrist_deviation": 3.0}))
-    stiff = build_trial_diagram(settings, 1.0)
+    stiff = TrialDiagram(settings)
     assert stiff.is_stiff
-    assert stiff.simulator.accuracy == settings.integrator.stiff_accuracy
-    plain = build_trial_diagram(Settings(), 1.0)
+    assert stiff.integrator.accuracy == settings.integrator.stiff_accuracy
+    plain = TrialDiagram(Settings())
     assert not plain.is_stiff
-    assert plain.simulator.accuracy == settings.integrator.accuracy
+    assert plain.integrator.accuracy == settings.integrator.accuracy

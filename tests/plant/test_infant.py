@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from affordance import MaterialMemory
-from affordance.experiments.objects import read_tools
+from affordance.experiments.shared.objects import read_tools
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm

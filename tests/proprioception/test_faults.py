@@ -7,7 +7,7 @@ from helpers.refusals import refuse
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
 from affordance.experiments import com
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.faults import NO_FAULTS, Faults, load_faults
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
@@ -77,7 +77,7 @@ def test_late_samples_of_a_stuck_sensor_are_missing_before_the_first_arrives(wei
 
 
 def test_heavier_arm_is_heavier_in_every_body_and_the_tool_is_not(runner, weight):
-    arm = runner.get_diagram(1.0, weight.tools[0]).arm
+    arm = runner.get_diagram(weight.tools[0]).arm
     contexts = [arm.plant.CreateDefaultContext() for _ in range(2)]
     Faults(arm_mass_factor=1.05).change_arm(arm, contexts[1])
     for index in arm.plant.GetBodyIndices(arm.hand.body().model_instance()):
@@ -94,7 +94,7 @@ def test_late_torque_is_that_of_the_sample_before(weight):
     for delay in (0, 2):
         runner = TrialRunner(dataclasses.replace(settings, faults=Faults(delay_samples=delay)))
         runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
-        estimator = runner.get_diagram(1.0).estimator
+        estimator = runner.get_diagram()._estimator
         seen[delay] = []
         original = estimator._noise
 
@@ -142,7 +142,7 @@ def test_margin_keeps_the_elbow_in_its_range_in_the_first_hold_of_simulation_2(m
     first, *_ = com.read(Setup())
     runner = TrialRunner(dataclasses.replace(DEFAULT_SETTINGS, angle_margin=margin))
     record = runner.run_hold(first, MaterialMemory(), duration=1.0, seed=(0, 0, 0))
-    assert (record.q >= runner.get_diagram(1.0).arm.limits.q_lower).all() == keeps
+    assert (record.q >= runner.get_diagram().arm.limits.q_lower).all() == keeps
 
 
 def test_refused_samples_are_counted_by_reason(weight):

@@ -6,10 +6,9 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from affordance.drake.system_libraries import hide_font_warnings
-from affordance.experiments import weight
 from affordance.reporting.diagram_picture import describe_diagram, save_diagram
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation.diagram import build_trial_diagram
+from affordance.simulation.diagram import TrialDiagram
 
 HOSTILE = ("<script>alert(1)</script>", 'a"]; b [label="\\"', "</TD></TABLE>>")
 
@@ -53,14 +52,14 @@ def test_ordinary_names_are_written_as_before():
 
 def test_legend_explains_the_teaching_signal_only_where_it_is_drawn():
     assert "teaching signal" not in describe_diagram(build("state"))
-    trial = build_trial_diagram(DEFAULT_SETTINGS, weight.DURATION)
+    trial = TrialDiagram(DEFAULT_SETTINGS)
     assert "teaching signal" in describe_diagram(trial.diagram)
 
 
 def test_no_connection_crosses_the_name_of_a_group():
     """Points along every connection of the Diagram of an experiment are outside the boxes of the groups' names."""
     pygraphviz = pytest.importorskip("pygraphviz")
-    trial = build_trial_diagram(DEFAULT_SETTINGS, weight.DURATION)
+    trial = TrialDiagram(DEFAULT_SETTINGS)
     graph = pygraphviz.AGraph(string=describe_diagram(trial.diagram))
     with hide_font_warnings():
         graph.layout("dot")

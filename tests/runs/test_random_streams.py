@@ -18,8 +18,9 @@ def test_streams_draw_different_numbers():
     assert len(draws) == len(STREAMS)
 
 
-def test_streams_are_no_trials():
-    assert min(STREAMS) > MOST_TRIALS
+def test_streams_are_no_trials_except_for_those_that_follow_the_seed_of_a_trial():
+    assert [*Stream][:3] == [Stream.SEEING, Stream.SENSING, Stream.CONTROL]
+    assert min(STREAMS[3:]) > MOST_TRIALS
 
 
 def test_a_trailing_zero_adds_nothing_to_a_seed():

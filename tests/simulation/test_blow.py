@@ -13,7 +13,7 @@ from affordance.objects.tool import list_densities
 from affordance.plant.contact import CONTACT_STIFFNESS
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.blow import simulate_blow
-from affordance.simulation.diagram import build_trial_diagram
+from affordance.simulation.diagram import TrialDiagram
 
 TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
 
@@ -62,7 +62,7 @@ def test_nail_goes_in_and_stays_in_and_nothing_passes_through_anything(blow, ham
     assert (np.diff(nail.travel) > -1e-6).all()
     # Indentation of the contact, and at every tick the penetration of any two bodies that can meet.
     assert nail.contact.max() / CONTACT_STIFFNESS < 2e-3
-    trial = build_trial_diagram(DEFAULT_SETTINGS, 1.0, tool=HELD[grip], nail=done.strike.placement)
+    trial = TrialDiagram(DEFAULT_SETTINGS, tool=HELD[grip], nail=done.strike.placement)
     context = trial.diagram.CreateDefaultContext()
     scene_graph = trial.diagram.GetSubsystemByName("scene_graph")
     plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)

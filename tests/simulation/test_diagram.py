@@ -7,16 +7,15 @@ import pygraphviz
 import pytest
 
 from affordance.reporting.diagram_picture import describe_diagram, save_diagram
-from affordance.simulation.diagram import build_trial_diagram
+from affordance.simulation.diagram import TrialDiagram
 
-DURATION = 3.0
 DIAGRAMS = Path(__file__).parents[2] / "diagrams"
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture
 def trial(runner, weight):
-    return runner.get_diagram(DURATION)
+    return runner.get_diagram()
 
 
 def list_connections(diagram):
@@ -38,7 +37,9 @@ def test_diagram_is_wired_as_the_design_says(trial):
         ("plant", "state", "mpc_controller", "state"),
         ("mpc_controller", "tau", "plant", "actuation"),
         ("plant", "net_actuation", "proprioception", "tau"),
-        ("proprioception", "measurement", "density_estimator", "measurement"),
+        ("proprioception", "measured_tau", "density_estimator", "tau"),
+        ("proprioception", "measured_state", "density_estimator", "state"),
+        ("proprioception", "measured_vdot", "density_estimator", "vdot"),
     }
 
 
@@ -52,7 +53,7 @@ def test_every_system_and_port_has_a_name_of_its_own(trial):
 
 def test_belief_of_the_controller_is_another_connection(weight):
     settings = dataclasses.replace(weight.settings, uses_posterior=True)
-    connections = list_connections(build_trial_diagram(settings, DURATION).diagram)
+    connections = list_connections(TrialDiagram(settings).diagram)
     assert ("density_estimator", "posterior", "mpc_controller", "belief") in connections
     assert ("visual_prior", "prior", "mpc_controller", "belief") not in connections
 
@@ -82,11 +83,12 @@ def test_systems_stand_in_the_parts_of_the_papers_figure_2(trial):
     graph = pygraphviz.AGraph(string=describe_diagram(trial.diagram))
     found = {part.graph_attr["label"]: set(part.nodes()) for part in graph.subgraphs()}
     by_folder = {"vision": "Visual", "proprioception": "Proprioceptive", "control": "Control"}
+    sources = {"feature_sensor": "Visual", "task": "Control"}  # of Python objects
     expected = {f"<B>{name} system</B>": set() for name in by_folder.values()} | {"<B>World</B>": set()}
     for system in trial.diagram.GetSystems():
         _, folder, *_ = f"{type(system).__module__}.".split(".")
-        name = f"{by_folder[folder]} system" if folder in by_folder else "World"
-        expected[f"<B>{name}</B>"].add(system.get_name())
+        part = by_folder.get(folder, sources.get(system.get_name()))
+        expected[f"<B>{part} system</B>" if part else "<B>World</B>"].add(system.get_name())
     assert {label: nodes for label, nodes in found.items() if label} == expected
 
 

@@ -8,10 +8,10 @@ from helpers.seen_objects import know
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments import com
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
 from affordance.proprioception.faults import Faults
 from affordance.proprioception.torque_noise import WhiteNoise
-from affordance.simulation.trial import Observer, TrialRunner, present
+from affordance.simulation.trial import Observer, TrialRunner
 from affordance.vision.features import ComponentFeatures
 
 DURATION = 0.5
@@ -30,33 +30,33 @@ def list_numbers(value):
     return np.ravel(value).tolist()
 
 
-def set_up(runner, memory, tool, duration=DURATION, seed=(0,)):
-    """A presentation by hand; returns the Diagram, and a Simulator at its beginning."""
-    trial = runner.get_diagram(duration)
-    context = trial.diagram.CreateDefaultContext()
-    trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
-    return trial, present(trial, context, tool, trial.hold, seed)
-
-
-def recall(trial, simulator):
-    return trial.memory.get_memory(trial.memory.GetMyContextFromRoot(simulator.get_context()))
-
-
-def test_memory_changes_by_one_event_of_the_diagram_at_the_end_and_by_nothing_else(runner, weight):
-    """Memory changes by an event of the Diagram at the end, with the Simulator advanced by hand."""
+def test_memory_changes_by_the_forced_event_at_the_end_and_by_nothing_else(runner, weight):
     before = MaterialMemory().add_colours(weight.colours, weight.settings.prior)
-    trial, simulator = set_up(runner, before, weight.tools[2])
+    tool, trial = weight.tools[2], runner.get_diagram()
+    simulator = trial.prepare(trial.diagram.CreateDefaultContext(), tool, trial.hold, before, (0,))
+    context = simulator.get_mutable_context()
     for time in (0.05, 0.1, 0.25, 0.4, DURATION):
         simulator.AdvanceTo(time)
-        assert recall(trial, simulator) is before
-    simulator.AdvanceTo(1.1 * DURATION)
-    after = recall(trial, simulator)
+        assert trial.get_memory(context) is before
+    simulator.AdvancePendingEvents()
+    assert trial.get_memory(context) is before
+    trial.diagram.ExecuteForcedEvents(context, publish=False)
+    after = trial.get_memory(context)
     assert after.colours == before.colours
     assert after.belief.precision[0, 0] > 2.0 * before.belief.precision[0, 0]
-    expected = runner.run_hold(weight.tools[2], before, duration=DURATION, seed=(0,)).memory
+    expected = runner.run_hold(tool, before, duration=DURATION, seed=(0,)).memory
     assert list_numbers(after) == list_numbers(expected)
     simulator.AdvanceTo(1.9 * DURATION)
-    assert recall(trial, simulator) is after
+    assert trial.get_memory(context) is after
+
+
+@pytest.mark.parametrize("duration", [0.3, 0.7, 1.1, 3.0])
+def test_last_sample_and_last_row_belong_to_a_presentation_whatever_rounding_does(runner, weight, duration):
+    """Drake's time of the last sample, 0.1 + 29 x 0.1, is after the end, 3 s."""
+    record = runner.run_hold(weight.tools[0], MaterialMemory(), duration=duration, seed=(0,))
+    assert record.samples.accepted == round(duration / weight.settings.sample_period)
+    assert record.times[-1] == pytest.approx(duration, abs=1e-9)
+    assert len(record.times) == round(duration / weight.settings.log_period) + 1
 
 
 def test_every_presentation_adds_what_it_taught_alone(weight):
@@ -120,6 +120,6 @@ def test_hold_without_shapes_is_that_with_shapes(runner, weight):
     for tool in (weight.tools[0], weight.tools[-1], SECOND):
         memory = MaterialMemory()
         without = runner.run_hold(tool, memory, duration=DURATION, seed=(3,))
-        with_shapes = runner.run(tool, runner.get_diagram(DURATION, tool).hold, memory, duration=DURATION, seed=(3,))
+        with_shapes = runner.run(tool, runner.get_diagram(tool).hold, memory, duration=DURATION, seed=(3,))
         assert np.abs(without.height_centre).max() > 0.01
         assert list_numbers(without) == list_numbers(with_shapes)

@@ -5,7 +5,7 @@ import pytest
 
 from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.experiments import weight
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
 from affordance.objects.tool import list_colours
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import Observer, get_runner

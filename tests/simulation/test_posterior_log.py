@@ -26,7 +26,7 @@ def test_log_goes_from_the_visual_prior_to_what_the_memory_takes_over(weight):
     """The entries at 0 and at the first sample are the visual prior; the last has the evidence of every sample."""
     record = run(weight, MaterialMemory(), duration=0.7)
     times = [entry.time for entry in record.posteriors]
-    np.testing.assert_allclose(times, [*(PERIOD * np.arange(8)), 0.7], atol=1e-6)
+    np.testing.assert_allclose(times, PERIOD * np.arange(8), atol=1e-6)
     assert (np.diff(times) > 0.0).all()
     before, first, second, *_, last = record.posteriors
     prior = weight.settings.prior
@@ -48,7 +48,7 @@ def test_white_noise_narrows_the_posterior_sample_by_sample(weight, hold):
     assert np.abs(record.height_centre).max() < 0.002
     per_density = hold.Y @ weight.tools[0].parameters / 8500.0
     says = float(per_density @ per_density) / noise.sd**2
-    counts = np.array([0, *range(10), 10])
+    counts = np.array([0, *range(9), 10])
     prior = 1.0 / (1.0 / before + weight.settings.prior.deviation**2 * (8500.0**2 + 1.0 / before))
     np.testing.assert_allclose(compute_sd(record), 1.0 / np.sqrt(prior + counts * says), rtol=1e-3)
 
@@ -71,7 +71,7 @@ def test_log_changes_nothing_of_the_trial_and_is_off_unless_asked_for(weight, ru
     assert without.posteriors == ()
     np.testing.assert_array_equal(record.q, without.q)
     np.testing.assert_array_equal(record.memory.belief.precision, without.memory.belief.precision)
-    assert not runner.get_diagram(0.5).diagram.HasSubsystemNamed("posterior_log")
+    assert not runner.get_diagram().diagram.HasSubsystemNamed("posterior_log")
 
 
 def test_every_presentation_has_a_log_of_its_own(weight):
@@ -79,6 +79,6 @@ def test_every_presentation_has_a_log_of_its_own(weight):
     observer = Observer(TrialRunner(settings), MaterialMemory(), duration=0.3)
     first, second = (observer.hold(tool, (number,)) for number, tool in enumerate(weight.tools[:2]))
     for record in (first, second):
-        np.testing.assert_allclose([entry.time for entry in record.posteriors], [0, 0.1, 0.2, 0.3, 0.3], atol=1e-6)
+        np.testing.assert_allclose([entry.time for entry in record.posteriors], [0, 0.1, 0.2, 0.3], atol=1e-6)
     taken_over = first.posteriors[-1].belief.memory.belief
     np.testing.assert_array_equal(second.posteriors[0].belief.memory.belief.precision, taken_over.precision)

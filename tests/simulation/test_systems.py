@@ -37,17 +37,15 @@ def evaluate(system, context, port):
     return system.GetOutputPort(port).Eval(context)
 
 
-def advance(system, context, time):
-    """Carries out every event of a system alone up to a time, those at that time included."""
-    simulator = Simulator(system, context)
-    simulator.AdvanceTo(time)
-    simulator.AdvancePendingEvents()
+def end(system, context):
+    """Carries out the event at the end of a presentation."""
+    system.ExecuteForcedEvents(context)
 
 
 @pytest.fixture
 def memory_system():
-    """A memory with presentations of one second, with the posterior of one of them at its ports."""
-    system = MaterialMemorySystem(MaterialMemory(), duration=1.0, least_p_value=1e-3)
+    """A memory with the posterior of a presentation at its ports."""
+    system = MaterialMemorySystem(MaterialMemory(), least_p_value=1e-3)
     context = system.CreateDefaultContext()
     fix(system, context, posterior=detect_parts(TWO_MATERIALS, PRIOR), p_value=np.array([1e-3]))
     return system, context
@@ -55,9 +53,10 @@ def memory_system():
 
 def test_memory_learns_when_the_presentation_ends_and_not_before(memory_system):
     system, context = memory_system
-    advance(system, context, 0.999)
+    simulator = Simulator(system, context)
+    simulator.AdvanceTo(5.0)
     assert evaluate(system, context, "materials").colours == ()
-    advance(system, context, 1.0)
+    end(system, context)
     assert evaluate(system, context, "materials").colours == (RED, BLUE)
     assert system.get_memory(context).belief.size == 2
     assert system.CreateDefaultContext().get_abstract_state(0).get_value().colours == ()
@@ -66,14 +65,14 @@ def test_memory_learns_when_the_presentation_ends_and_not_before(memory_system):
 def test_memory_learns_nothing_from_what_is_too_improbable(memory_system):
     system, context = memory_system
     fix(system, context, p_value=np.array([0.99e-3]))
-    advance(system, context, 1.0)
+    end(system, context)
     assert system.get_memory(context).colours == ()
 
 
 def test_memory_keeps_the_colours_that_are_to_be_remembered(memory_system):
     system, context = memory_system
     system.remembered.set(context, (BLUE,))
-    advance(system, context, 1.0)
+    end(system, context)
     memory = system.get_memory(context)
     assert memory.colours == (BLUE,)
     assert memory.belief.untruncated_mean[0] == pytest.approx(PRIOR.mode)
@@ -90,15 +89,17 @@ def feel(noise, tau=NOTHING, x=NOWHERE, vdot=NOTHING, **settings):
 def test_proprioception_errs_by_gain_and_offset_that_last_the_trial():
     tau, x, vdot = np.arange(7.0), np.arange(14.0), -np.arange(7.0)
     system, context = feel(WeberNoise(weber_fraction=0.07, threshold=0.1), tau, x, vdot)
-    np.testing.assert_array_equal(evaluate(system, context, "measurement"), np.concatenate([tau, x, vdot]))
+    for name, value in (("tau", tau), ("state", x), ("vdot", vdot)):
+        np.testing.assert_array_equal(evaluate(system, context, f"measured_{name}"), value)
     system.draw_errors(context, (1, 2))
-    felt = evaluate(system, context, "measurement")
-    np.testing.assert_array_equal(felt[7:], np.concatenate([x, vdot]))
-    assert (felt[:7] != tau).all()
+    felt = evaluate(system, context, "measured_tau").copy()
+    for name, value in (("state", x), ("vdot", vdot)):
+        np.testing.assert_array_equal(evaluate(system, context, f"measured_{name}"), value)
+    assert (felt != tau).all()
     context.SetTime(1.0)
-    np.testing.assert_array_equal(evaluate(system, context, "measurement"), felt)
+    np.testing.assert_array_equal(evaluate(system, context, "measured_tau"), felt)
     system.draw_errors(context, (1, 3))
-    assert (evaluate(system, context, "measurement")[:7] != felt[:7]).all()
+    assert (evaluate(system, context, "measured_tau") != felt).all()
 
 
 def test_gain_error_multiplies_the_torque_and_offset_adds(rng):
@@ -108,7 +109,7 @@ def test_gain_error_multiplies_the_torque_and_offset_adds(rng):
 
     def measure(tau):
         fix(system, context, tau=tau)
-        return evaluate(system, context, "measurement")[:7].copy()
+        return evaluate(system, context, "measured_tau").copy()
 
     gain, offset = noise.draw_trial_errors((3,), 7)
     np.testing.assert_array_equal(measure(np.zeros(7)), offset)
@@ -124,7 +125,7 @@ def test_error_of_a_sample_depends_on_trial_and_sample_and_not_on_how_often_it_i
     for seed, sample in ((1, 1), (1, 3), (1, 1), (2, 1)):
         system.draw_errors(context, (seed,))
         context.SetTime(0.05 * sample)
-        error = evaluate(system, context, "measurement")[:7] - tau
+        error = evaluate(system, context, "measured_tau") - tau
         np.testing.assert_allclose(error, noise.draw_sample_error((seed, sample), tau), rtol=0, atol=1e-13)
 
 
@@ -132,22 +133,22 @@ def test_misfelt_acceleration_lasts_the_trial_and_touches_nothing_else():
     tau, x, vdot = np.arange(7.0), np.arange(14.0), -np.arange(7.0)
     system, context = feel(WeberNoise(weber_fraction=0.0, threshold=0.0), tau, x, vdot, acceleration_sd=0.2)
     system.draw_errors(context, (1, 2))
-    felt = evaluate(system, context, "measurement")
-    np.testing.assert_array_equal(felt[:21], np.concatenate([tau, x]))
-    np.testing.assert_array_equal(felt[21:], vdot + draw_acceleration_error(0.2, (1, 2), 7))
-    assert (felt[21:] != vdot).all()
+    np.testing.assert_array_equal(evaluate(system, context, "measured_tau"), tau)
+    np.testing.assert_array_equal(evaluate(system, context, "measured_state"), x)
+    felt = evaluate(system, context, "measured_vdot").copy()
+    np.testing.assert_array_equal(felt, vdot + draw_acceleration_error(0.2, (1, 2), 7))
+    assert (felt != vdot).all()
     context.SetTime(1.0)
-    np.testing.assert_array_equal(evaluate(system, context, "measurement"), felt)
+    np.testing.assert_array_equal(evaluate(system, context, "measured_vdot"), felt)
 
 
 @pytest.fixture
 def estimator(arm, hold):
-    system = DensityEstimator(arm, noise=NOISE, deviation=PRIOR.deviation, sample_period=0.05, duration=1.0)
+    system = DensityEstimator(arm, noise=NOISE, deviation=PRIOR.deviation, sample_period=0.05)
     context = system.CreateDefaultContext()
     belief = detect_parts(ONE_MATERIAL, PRIOR)
     tau = hold.tau_arm + hold.Y @ belief.compute_parameters(np.array([7850.0]))
-    measurement = np.concatenate([tau, arm.home, np.zeros(14)])
-    fix(system, context, prior=belief, measurement=measurement)
+    fix(system, context, prior=belief, tau=tau, state=np.concatenate([arm.home, np.zeros(7)]), vdot=np.zeros(7))
     return system, context, belief
 
 
@@ -165,23 +166,22 @@ def test_estimator_believes_the_prior_before_it_feels_and_the_truth_afterwards(e
     posterior = evaluate(system, context, "posterior")
     # Felt without error, and the broad prior weighs next to nothing.
     assert posterior.densities.untruncated_mean[0] == pytest.approx(7850.0, rel=0.03)
-    assert evaluate(system, context, "log_evidence")[0] != 0.0
+    assert system.get_inference(context).log_evidence != 0.0
 
 
-def test_estimator_keeps_the_evidence_and_starts_anew_when_the_presentation_ends(estimator):
+def test_estimator_starts_anew_when_the_presentation_ends(estimator):
     system, context, belief = estimator
-    advance(system, context, 0.99)
-    before = evaluate(system, context, "log_evidence")[0]
-    p_value = evaluate(system, context, "p_value")[0]
-    assert system.get_evidence(context) == (0.0, 1.0)
+    simulator = Simulator(system, context)
+    simulator.AdvanceTo(0.99)
+    inference = system.get_inference(context)
+    assert evaluate(system, context, "p_value")[0] == inference.p_value != 1.0
+    assert inference.log_evidence != 0.0
     assert system.get_counts(context).accepted == 19
-    fix(system, context, measurement=np.full(28, np.nan))  # the sample at the very end is not accepted
-    advance(system, context, 1.0)
-    assert system.get_evidence(context) == (before, p_value)
-    assert (before, p_value) != (0.0, 1.0)
+    end(system, context)
+    assert system.get_counts(context).accepted == 19
     posterior = evaluate(system, context, "posterior")
     np.testing.assert_array_equal(posterior.densities.untruncated_mean, belief.densities.untruncated_mean)
-    assert evaluate(system, context, "log_evidence")[0] == 0.0
+    assert system.get_inference(context)[1:] == (0.0, 1.0)
     assert evaluate(system, context, "p_value")[0] == 1.0
 
 

@@ -14,16 +14,17 @@ from scipy.stats import multivariate_normal, norm
 
 from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.material_memory import MaterialMemory
+from affordance.extensions.pixels.pixel_eye import PIXELS
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Integrator
-from affordance.simulation.diagram import build_trial_diagram
+from affordance.simulation.diagram import TrialDiagram
 from affordance.simulation.trial import TrialRunner, check_duration
 from affordance.vision.eye import measure_features
-from affordance.vision.features import FeatureSource, VisionError
+from affordance.vision.features import VisionError
 
 
 def test_arm_that_knows_the_density_does_not_move(runner, weight):
@@ -39,7 +40,7 @@ def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight, rati
     """The longest object comes to rest within its limits with its inertia divided by the ratio."""
     honest = weight.tools[3]
     record = runner.run_hold(weigh(honest, honest.mass / ratio), know(weight, 8500.0), duration=3.0, seed=(0,))
-    arm = runner.get_diagram(3.0).arm
+    arm = runner.get_diagram().arm
     assert np.abs(record.v[-50:]).max() < 0.02
     assert np.abs(record.q[-1] - record.q[-50]).max() < 1e-3
     assert (record.q >= arm.limits.q_lower).all()
@@ -239,25 +240,23 @@ def test_same_seed_gives_the_same_trial_whatever_ran_before(runner, weight):
 def test_tools_of_one_appearance_share_a_diagram_and_all_holds_one_without_shapes(runner, weight):
     *_, last, decoy = weight.tools
     runner.run_hold(last, MaterialMemory(), duration=0.15, seed=(0,))
-    without_shapes = runner.get_diagram(0.15)
+    without_shapes = runner.get_diagram()
     runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.15, seed=(0,))
-    assert runner.get_diagram(0.15) is without_shapes
+    assert runner.get_diagram() is without_shapes
     assert not without_shapes.diagram.HasSubsystemNamed("scene_graph")
-    assert runner.get_diagram(0.15, last).diagram.HasSubsystemNamed("scene_graph")
-    assert runner.get_diagram(1.0, last) is runner.get_diagram(1.0, decoy)
-    assert runner.get_diagram(1.0, last) is not runner.get_diagram(1.0, weight.tools[0])
-    assert runner.get_diagram(1.0, last) is not runner.get_diagram(2.0, last)
+    assert runner.get_diagram(last).diagram.HasSubsystemNamed("scene_graph")
+    assert runner.get_diagram(last) is runner.get_diagram(decoy)
+    assert runner.get_diagram(last) is not runner.get_diagram(weight.tools[0])
 
 
 def test_diagrams_used_last_are_kept(weight):
-    runner = TrialRunner(weight.settings)
-    first, second = runner.get_diagram(0.1), runner.get_diagram(0.2)
-    for number in range(3, 9):
-        runner.get_diagram(0.1 * number)
-    assert runner.get_diagram(0.1) is first
-    runner.get_diagram(0.9)
-    assert runner.get_diagram(0.1) is first
-    assert runner.get_diagram(0.2) is not second
+    runner, tool = TrialRunner(weight.settings), weight.tools[0]
+    tools = [tool.scaled(1.0, 1.0 + 0.01 * number) for number in range(9)]
+    first, second, *_ = [runner.get_diagram(tool) for tool in tools[:8]]
+    assert runner.get_diagram(tools[0]) is first
+    runner.get_diagram(tools[8])
+    assert runner.get_diagram(tools[0]) is first
+    assert runner.get_diagram(tools[1]) is not second
 
 
 def test_memory_stays_flat_over_hundreds_of_trials(weight):
@@ -277,7 +276,7 @@ def test_memory_stays_flat_over_hundreds_of_trials(weight):
 def test_diagrams_are_freed(weight):
     freed = weakref.WeakSet()
     for tool in (None, *weight.tools[:2]) * 2:
-        trial = build_trial_diagram(weight.settings, duration=1.0, tool=tool)
+        trial = TrialDiagram(weight.settings, tool=tool)
         freed.add(trial.diagram)
         del trial
     gc.collect()
@@ -305,7 +304,7 @@ def test_steps_taken_stay_within_budget(runner, weight, monkeypatch):
             super().AdvanceTo(time)
             taken.append(self.get_num_steps_taken())
 
-    monkeypatch.setattr("affordance.simulation.trial.Simulator", CountingSimulator)
+    monkeypatch.setattr("affordance.simulation.diagram.Simulator", CountingSimulator)
     runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
     assert 200 <= taken[0] <= 400
 
@@ -322,7 +321,7 @@ def test_an_observer_looks_by_the_eye_that_is_handed_in(weight):
         seen.append(tool.name)
         return measure_features(tool, VisionError(), rng)
 
-    settings = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
+    settings = dataclasses.replace(DEFAULT_SETTINGS, eye=PIXELS)
     handed = TrialRunner(settings, eye=look).run_hold(tool, MaterialMemory(), duration=0.1)
     own = TrialRunner().run_hold(tool, MaterialMemory(), duration=0.1)
     assert seen == [tool.name]

@@ -6,10 +6,12 @@ import pytest
 import yaml
 from helpers.refusals import refuse, refuse_command
 
+from affordance.commands.catalogue import find_experiment
 from affordance.exceptions import InfeasibleError
-from affordance.experiments import blows, hammer, reach, vision
-from affordance.experiments.observers import Setup
-from affordance.experiments.suite import find_experiment
+from affordance.experiments import hammer, reach
+from affordance.experiments.shared import blows
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.pixels.experiments import vision
 
 WEIGHT, COM, NOVEL, MATERIALS = "tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml", "materials.yaml"
 PATH, NAIL = "paths/reach.yaml", "nail.yaml"
@@ -302,4 +304,4 @@ def test_run_ends_before_anything_is_written(
 ) -> None:
     change(models / file, old, new)
     monkeypatch.chdir(models.parent)
-    assert said in refuse_command("run", name, "--models", "models", "--fault", "bias", "--jobs", 1, "--out", "out")
+    assert said in refuse_command("run", name, "--robot", "models", "--fault", "bias", "--jobs", 1, "--out", "out")

@@ -45,7 +45,7 @@ def run(monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--models", "models"], "arm.dmd.yaml: "),
+        (["--robot", "models"], "arm.dmd.yaml: "),
         (["--out", "file"], "is a file or is inside one, must be a folder"),
     ],
 )
@@ -82,7 +82,7 @@ def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, models
     """
     interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
     (models / "tools" / "weight.yaml").write_text(FEW, encoding="utf-8")
-    command = ("weight", "--repeats", 2, "--jobs", 1, "--models", models)
+    command = ("weight", "--repeats", 2, "--jobs", 1, "--robot", models)
     process = start(*command, "--out", interrupted)
     wait_for(interrupted, "repeat_*.npz")
     process.send_signal(signal.SIGINT)

@@ -32,7 +32,6 @@ MISTAKES = [
     ("run weight --repeats 0", "--repeats: is 0", "must be from 1 to 100000; the nearest is 1"),
     ("run weight --repeats 1.5", "--repeats: is '1.5'", "must be a whole number; the nearest is 2"),
     ("run weight --set prior.ds=3", "is 'prior.ds'", "did you mean 'prior.sd'?"),
-    ("run my.yaml", "experiment: is 'my.yaml'", "YAML protocols are no longer read"),
     ("predict", "experiment: is missing", "one of weight, com, linear_plus"),
     (
         "rank reach hammer",

@@ -1,18 +1,19 @@
-"""Layout of the library: number of loose modules, and length of the longest chain of imports (decision 0029)."""
+"""Layout of the library: the paper is a trunk that knows no extension (decision 0029)."""
 
 import ast
+import os
+import shutil
+import sys
 import tomllib
-from functools import cache
 from pathlib import Path
 
-import grimp
 import pytest
+from helpers.children import PATIENCE
 
 import affordance
 
 LIBRARY = Path(affordance.__file__).parent
 MOST_LOOSE = 8
-LONGEST_CHAIN = 12
 
 
 def test_few_modules_lie_loose_in_the_library():
@@ -20,17 +21,25 @@ def test_few_modules_lie_loose_in_the_library():
     assert len(loose) <= MOST_LOOSE, sorted(loose)
 
 
-def test_longest_chain_of_imports_is_short():
-    """No chain in which each module imports the next is long, imports inside of functions included."""
-    graph = grimp.build_graph("affordance", cache_dir=None)
+def test_the_rest_is_imported_without_each_extension_and_the_paper_without_all(children):
+    """Where an extension and what rests on it are gone, with their commands, all other modules are imported."""
+    program = LIBRARY.parent / "tests" / "helpers" / "without_extensions.py"
+    out, err = children([sys.executable, str(program)]).communicate(timeout=PATIENCE)
+    assert not err
+    assert len(out.splitlines()) == len([*(LIBRARY / "extensions").glob("*/__init__.py")]) + 1
+    assert "without advice, memory, payload, people, pixels, robots, watch" in out
 
-    @cache
-    def follow(module: str) -> tuple[str, ...]:
-        others = sorted(graph.find_modules_directly_imported_by(module))
-        return (module, *max(map(follow, others), key=len, default=()))
 
-    chain = max(map(follow, sorted(graph.modules)), key=len)
-    assert 8 < len(chain) <= LONGEST_CHAIN, " > ".join(chain)
+def test_an_experiment_runs_where_all_extensions_are_deleted(children, tmp_path):
+    ignored = shutil.ignore_patterns("__pycache__")
+    for name in ("affordance", "models"):
+        shutil.copytree(LIBRARY.parent / name, tmp_path / name, ignore=ignored)
+    shutil.copy(LIBRARY.parent / "run_experiments.py", tmp_path)
+    shutil.rmtree(tmp_path / "affordance" / "extensions")
+    words = [sys.executable, "run_experiments.py", "weight", "--repeats", "1", "--jobs", "1"]
+    out, err = children(words, cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)}).communicate()
+    assert "The report: results/report.html" in out, err
+    assert (tmp_path / "results" / "weight" / "metrics.json").exists()
 
 
 def test_every_folder_of_the_library_is_packaged():

@@ -45,9 +45,9 @@ from affordance import (
 )
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief
 from affordance.belief.learners import LEARNERS
-from affordance.experiments import two_families
-from affordance.identification.recording.run import RunDescription
-from affordance.memory.simulated_trial import describe_trial
+from affordance.extensions.memory.simulated_trial import describe_trial
+from affordance.extensions.payload.recording.run import RunDescription
+from affordance.extensions.people.experiments import two_families
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Grip
 
@@ -143,7 +143,7 @@ def test_lasting_memory_serves_every_learner(record, tmp_path):
 @pytest.mark.usefixtures("unrendered")
 def test_experiment_is_run_from_python(tmp_path):
     settings = change_settings(Settings(), {"noise.weber_fraction": 0.1})
-    report = run_suite("two_families", Setup(observers=1, out=tmp_path, settings=settings))
+    report = run_suite({"two_families": two_families.EXPERIMENT}, Setup(observers=1, out=tmp_path, settings=settings))
     numbers = read_numbers(tmp_path / "two_families")
     assert report[:2] == (tmp_path / "report.html", {})
     assert numbers["repeats"] == 1
@@ -265,8 +265,8 @@ def build_load(size):
         (lambda: rank(OPTIONS, Reach(load_path(PATH)), {}), "belief: is of type dict, must be of type M"),
         (lambda: list_options(RODS), "tool: is of type tuple, must be of type Tool"),
         (
-            lambda: list_options(STICK, feature_source="eyes"),
-            "feature_source: is 'eyes', must be one of features, pix",
+            lambda: list_options(STICK, eye="eyes"),
+            "eye: is 'eyes', must be a function of an object",
         ),
         (lambda: Reach(PATH), "path: is of type str, must be of type TimedPath; load_path"),
         (lambda: start_memory("kinds"), "learner: is 'kinds', must be one of density, kinds_map, kinds_drawn; did"),
@@ -292,7 +292,7 @@ def test_arguments_are_checked_in_the_words_of_the_command_line(call, message, t
 
 @pytest.mark.parametrize("mass", [0.0, -1.0, NAN])
 def test_weighed_mass_is_bounded(mass):
-    checks = importlib.import_module("affordance.identification.identify")
+    checks = importlib.import_module("affordance.extensions.payload.identify")
     with pytest.raises(BadArgumentError, match=r"^reference_mass: is .*, must be from 0\.001 to 1000 kg"):
         checks.check_reference_mass("reference_mass", mass)
 

@@ -9,7 +9,6 @@ from helpers.children import PATIENCE, ROOT
 
 GB = 1_000_000_000
 COMMANDS = (
-    ("settings",),
     ("doctor",),
     ("study",),
     ("rank", "hammer"),
@@ -35,7 +34,7 @@ class Command:
     def run(self, arguments): return len(run_tasks([dict, {task}], jobs=2, description="test"))
 
 affordance.cli.load_command = lambda name: Command()
-sys.exit(affordance.cli.main(["settings"]))
+sys.exit(affordance.cli.main(["tutorials"]))
 """
 
 

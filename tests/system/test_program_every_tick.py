@@ -9,7 +9,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.control.constrained_qp import AccelerationProgram
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.experiments import com, hammer, reach, weight
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
 from affordance.objects.tool import list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm

@@ -10,8 +10,8 @@ from affordance.cli import main
 from affordance.commands.catalogue import COMMANDS, load_command
 from affordance.commands.demo import TRIALS
 from affordance.commands.parser import OneLineParser
-from affordance.experiments.observers import Setup
-from affordance.experiments.suite import run_suite
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.suite import run_suite
 from affordance.files.model_folder import import_study
 
 ROOT = Path(__file__).parents[2]
@@ -24,7 +24,6 @@ GALLERY = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / 
 # recording of the reader's, or long (run, watch, study, excite), and have tests of their own.
 RUN = {
     "affordance doctor": "",
-    "affordance settings prior": "",
     "affordance identify --demo": "--samples 500",
     "affordance rank --demo": "--samples 200 --only mallet",
     "affordance rank hammer": "--samples 200",

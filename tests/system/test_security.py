@@ -21,13 +21,14 @@ from helpers.trials import hold_workshop
 
 import affordance
 from affordance.cli import ShownFormatter
-from affordance.experiments import trial_cells, trials, weight
+from affordance.experiments import weight
+from affordance.extensions.memory import evidence_sums, tables
+from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.people.experiments import trial_cells, trials
+from affordance.extensions.robots import reader
 from affordance.files import bounded, xml_file
 from affordance.files.constraints import OneLine
-from affordance.memory import evidence_sums, tables
-from affordance.memory.ledger import open_memory
 from affordance.plant.arm import name_robot
-from affordance.robots import reader
 
 PACKAGE = Path(affordance.__file__).parent
 PAGE = (Path(__file__).parents[2] / "SECURITY.md").read_text(encoding="utf-8")

@@ -18,8 +18,8 @@ import yaml
 import affordance
 from affordance.commands.catalogue import COMMANDS
 from affordance.experiments import weight
+from affordance.extensions.payload.settings import IdentificationSettings, SignalKind, SignalPrior
 from affordance.files.model_folder import MODELS
-from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 from affordance.named_settings import describe_changes, list_settings
 from affordance.settings import DEFAULT_SETTINGS
 from studies.robustness.assumptions import sample_settings

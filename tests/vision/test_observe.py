@@ -7,10 +7,14 @@ import pytest
 from helpers.results_files import read_numbers
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.commands.catalogue import find_experiment
 from affordance.exceptions import NothingSeenError
 from affordance.experiments import weight
-from affordance.experiments.observers import Setup
-from affordance.experiments.suite import run_suite
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.suite import run_suite
+from affordance.extensions.pixels import camera_sensor, pixel_eye
+from affordance.extensions.pixels.camera_sensor import CameraSensor, get_camera_sensor
+from affordance.files.frames import save_frame
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -19,20 +23,17 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import observe
-from affordance.vision.features import FeatureSource, VisionError
-from affordance.vision.pixels import camera_sensor
-from affordance.vision.pixels.camera_sensor import CameraSensor, get_camera_sensor
-from affordance.vision.pixels.rgbd import save_frame
-from affordance.vision.systems import predict_object
+from affordance.vision.features import VisionError
+from affordance.vision.prediction import predict_object
 
-PIXELS = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
+PIXELS = dataclasses.replace(DEFAULT_SETTINGS, eye=pixel_eye.PIXELS)
 MATERIALS = load_materials(MODELS / "materials.yaml")
 STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", MATERIALS)
 EXPERT = MaterialMemory.from_densities({material.colour: material.density for material in MATERIALS.values()})
 
 
 def take_features(tool):
-    return observe(tool, FeatureSource.PIXELS, VisionError(), np.random.default_rng(0))
+    return observe(tool, pixel_eye.PIXELS, VisionError(), np.random.default_rng(0))
 
 
 def test_features_from_pictures_are_those_of_the_grip_in_the_hand():
@@ -100,7 +101,7 @@ def test_experiment_ends_at_a_picture_that_shows_nothing_and_keeps_it(monkeypatc
     with pytest.raises(
         NothingSeenError, match=rf"{tool}: nothing is nearer .* \(picture saved as .*\.npz\)"
     ) as caught:
-        run_suite([name], Setup(observers=1, out=tmp_path, settings=PIXELS))
+        run_suite({name: find_experiment(name)}, Setup(observers=1, out=tmp_path, settings=PIXELS))
     with np.load(caught.value.frame) as kept:
         np.testing.assert_array_equal(kept["colour"], caught.value.colour)
         np.testing.assert_array_equal(kept["depth"], caught.value.depth)
@@ -126,7 +127,7 @@ def test_simulation_1_keeps_its_claims_when_objects_are_seen(tmp_path, monkeypat
     monkeypatch.setattr(weight, "DURATION", 1.0)
     run_suite(["weight"], Setup(observers=1, out=tmp_path, settings=PIXELS))
     numbers = read_numbers(tmp_path / "weight")
-    assert numbers["config"]["settings"]["feature_source"] == "pixels"
+    assert numbers["config"]["settings"]["eye"] == "pixels"
     assert abs(numbers["density_median"][-1] / numbers["density_true"] - 1.0) < 0.1
     assert numbers["drop_m"][3] < 0.25 * numbers["drop_m"][0]
     assert numbers["decoy_rises"] == 1.0

@@ -8,7 +8,7 @@ from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.objects.tool_entries import build_pose
 from affordance.vision.eye import measure_features
 from affordance.vision.features import ComponentFeatures, VisionError
-from affordance.vision.systems import predict_object
+from affordance.vision.prediction import predict_object
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 BRASS, WOOD = (0.8, 0.6, 0.1), (0.7, 0.5, 0.3)

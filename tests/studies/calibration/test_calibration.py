@@ -14,7 +14,7 @@ from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.systems import predict_object
+from affordance.vision.prediction import predict_object
 from studies.calibration import calibration
 from studies.calibration.calibration import (
     COVERAGES,

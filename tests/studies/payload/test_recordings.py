@@ -10,9 +10,9 @@ from helpers.results_files import OF_STUDY, find_documented_keys, read_numbers
 from helpers.study_runs import run_study
 from numpy.testing import assert_allclose
 
-from affordance.identification.posterior.log_cholesky import is_possible
-from affordance.identification.settings import IdentificationSettings, SignalKind
-from affordance.robots.recorded_arm import load_robot
+from affordance.extensions.payload.posterior.log_cholesky import is_possible
+from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
+from affordance.extensions.robots.recorded_arm import load_robot
 from studies.payload import clones, command
 from studies.payload.clones import UR10E_LOAD, PandaData, Ur10eData
 from studies.payload.panda import draw_payload

@@ -8,12 +8,12 @@ from helpers.results_files import read_numbers
 from helpers.study_runs import run_study
 
 from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
-from affordance.experiments import lifts, linear
-from affordance.experiments.holds import compute_volume
-from affordance.experiments.linear import GROUPS
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.holds import compute_volume
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.people.experiments import lifts, linear
+from affordance.extensions.people.experiments.linear import GROUPS
+from affordance.extensions.people.static_lifts import StaticLifter
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation.static_lifts import StaticLifter
 from studies.people import command, fit
 from studies.people.fit import Fraction, estimate_people_fraction
 

@@ -11,7 +11,7 @@ from affordance.choice.hammer import load_hammer
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.timed_path import load_path
 from affordance.experiments import com, weight
-from affordance.experiments.observers import Setup
+from affordance.experiments.shared.observers import Setup
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials

@@ -12,7 +12,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
-from affordance.experiments.grips import (
+from affordance.experiments.shared.grips import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
     choose_by_sample,

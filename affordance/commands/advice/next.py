@@ -1,0 +1,255 @@
+"""``affordance next``: advises what to hold next before a tool is chosen, what it is worth, and when to stop."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from affordance.arguments import check_number
+from affordance.belief.felt_object import FeltObject
+from affordance.choice.listed_options import list_drawn_options
+from affordance.choice.options import add_weighings
+from affordance.choice.picking import MIN_FEASIBILITY
+from affordance.choice.pricing import GripBounds, plan_options
+from affordance.commands.advice.workbench import (
+    add_choice,
+    check_choice,
+    keep_strikers,
+    know_materials,
+    open_bench,
+    rank_tools,
+    see_tools,
+)
+from affordance.commands.options import give_answer, open_robot
+from affordance.commands.terminal import find_width
+from affordance.exceptions import AffordanceError, name_gripped, name_object
+from affordance.extensions.advice.expected_inertia import expect
+from affordance.extensions.advice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
+from affordance.extensions.advice.next_hold import Question, advise_hold
+from affordance.extensions.advice.reporting.advice_figure import draw_holds
+from affordance.extensions.advice.reporting.advice_text import describe_knowledge
+from affordance.extensions.advice.reporting.expectation_text import build_expectations, describe_expectations
+from affordance.extensions.advice.weighed_holds import learn_weighings
+from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.past_arms import count_of, describe_past_arms
+from affordance.extensions.memory.same_colours import SameColours
+from affordance.extensions.memory.summary import recall_felt
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
+from affordance.objects.tool import Tool
+from affordance.reporting.formatting import break_line, tabulate_within
+from affordance.settings import Settings
+
+_USES_MAX, _PRICE_MAX = 1e9, 1e9
+_NAME = "next"
+# Columns to drop first if the table is too wide.
+_INFORMATION, _THEN = 2, 3
+# A choice is a tie if its expected loss is at most this fraction of the cost.
+_TIE = 1e-3
+# The text mentions that an object is heavy if the arm can hold it with a probability below this.
+_SURELY = 0.995
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add = parser.add_argument
+    what = "tasks that the robot will do: hammer, reach, mash, carry, hold"
+    add("tasks", nargs="*", metavar="TASK", help=what)
+    what = "objects that may be held first (default: the pieces of stock of the package)"
+    add("--may-hold", type=Path, default=MODELS / "workshop" / "blanks.yaml", metavar="FILE", help=what)
+    add("--include-tools", action="store_true", help="allow holding the tools themselves too")
+    add(
+        "--uses", type=float, default=1.0, metavar="N", help="number of times that each task will be done (default 1)"
+    )
+    what = "price of one hold, in the unit of the cost (default 0)"
+    add("--price", type=float, default=0.0, metavar="COST", help=what)
+    add_choice(parser, _NAME, samples=4000)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints what to hold next, and writes it with a picture to the folder of ``--out``."""
+    check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
+    check_number("--price", arguments.price, 0.0, _PRICE_MAX)
+    bounds = check_choice(arguments, 100)
+    robot = open_robot(arguments)
+    bench = open_bench(arguments, robot, arguments.tasks)
+    settings, tools, tasks = bench.settings, bench.tools, bench.tasks
+    candidates = _list_candidates(load_tools(arguments.may_hold, bench.materials), tools, arguments)
+    named = know_materials(arguments, bench.memory, [*tools, *candidates], bench.materials, settings.prior)
+    bench = bench._replace(memory=named.memory)
+    felt = _recall_felt(arguments.memory, settings, bench.same_colours)
+    options = see_tools(arguments, bench)
+    memory = bench.memory
+    if memory.learner.sums_evidence:
+        drawn = add_weighings(list_drawn_options(candidates), candidates)
+        objects = {option.object_name: option for option in [*drawn, *options]}
+        memory, felt = learn_weighings(memory, objects, settings.prior, felt)
+    questions, remarks = list[Question](), list(bench.remarks)
+    for name, task in tasks.items():
+        usable, said = keep_strikers(options, task, arguments.tools)
+        questions.append(Question(name, plan_options(usable, task, settings), arguments.uses))
+        remarks += said
+    advice = advise_hold(
+        candidates,
+        questions,
+        memory,
+        settings,
+        criterion=bench.criterion,
+        bounds=None if bounds == GripBounds() else bounds,
+        price=arguments.price,
+        felt=felt,
+        looks_ahead=True,
+        num_samples=arguments.samples,
+        seed=arguments.seed,
+    )
+    if advice.stop and not any(each.is_usable for each in advice.decisions):
+        # This raises an error that explains why no option is usable.
+        rank_tools(arguments, bench, questions[0].choice, tasks[questions[0].name], bounds)
+    sentence = describe_stop(advice, arguments.uses)
+    num_past = count_of(robot, arguments.memory)
+    told = {
+        "known": list(named.by_name),
+        "learned": list(named.learned),
+        "unknown": list(named.unknown),
+        "rests_on": advice.rests_on,
+        "trials_of_other_arms": num_past,
+        "sentence": sentence,
+    }
+    expected = [expect(tool, memory, settings) for tool in candidates]
+    content = {**advice._asdict(), **told, "expected": build_expectations(expected)}
+    cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
+    cautions += [f"warning: {each}" for each in remarks]
+    knowledge = f"materials: {describe_knowledge(named, Path(arguments.memory).name if arguments.memory else '')}"
+    width = find_width()
+    held = describe_holds(advice, arguments.uses, width)
+    lines = [sentence, *cautions, *held, *describe_expectations(expected, width), knowledge]
+    text = "\n".join(part for line in lines for part in break_line(line, width))
+
+    def draw() -> Figure:
+        return draw_holds(
+            [each.name for each in advice.ranked],
+            [(each.worth, each.worth_se) for each in advice.ranked],
+            [
+                (task.name, task.p_best, [each.p_best_after[k] for each in advice.ranked])
+                for k, task in enumerate(advice.decisions)
+            ],
+            label=_label_worth(advice, arguments.uses),
+            title=sentence,
+        )
+
+    give_answer(arguments, _NAME, text, content, draw)
+    return 0
+
+
+def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]:
+    """Formats the current choices, the objects that may be held, and both stopping rules."""
+    unit = advice.unit
+    lines = [f"{each.name}: {_describe_decision(each, unit)}" for each in advice.decisions]
+    rows = [["", _label_worth(advice, uses), "information (nat)", "P(best) after"]]
+    for each in advice.ranked:
+        then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
+        worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
+        rows.append([each.name, worth, f"{each.information:.2f}", then])
+    lines += tabulate_within(rows, width, (_INFORMATION, _THEN))
+    for each in advice.ranked:
+        if each.p_held < _SURELY:
+            lines.append(f"The arm can hold {name_object(each.name)} with probability {each.p_held:.2f}.")
+    certain, worthwhile = ("yes" if each else "no" for each in (advice.is_certain, not advice.is_below_price))
+    lines.append(f"All choices certain? {certain}. Any hold worth its price? {worthwhile}.")
+    return lines
+
+
+def _describe_decision(decision: OpenDecision, unit: str) -> str:
+    """Describes which option to take now, in the words of a ranking, or why none can be taken."""
+    if not decision.is_possible:
+        return f"no option can do it (P = {1.0 - decision.p_possible:.3f})"
+    if not decision.is_usable:
+        return (
+            f"no option is usable yet: {name_gripped(decision.best)} comes nearest, feasible with probability "
+            f"{decision.p_feasible:.2f}, which must be at least {MIN_FEASIBILITY:g}"
+        )
+    return (
+        f"take {name_gripped(decision.best)}, best with probability {decision.p_best:.2f}; "
+        f"expected loss {decision.regret:.3g} {unit}"
+    )
+
+
+def _label_worth(advice: HoldAdvice, uses: float) -> str:
+    times = "per use of each" if uses == 1.0 else f"for {uses:g} uses of each"
+    return f"worth {times} ({advice.unit})"
+
+
+def describe_stop(advice: HoldAdvice, uses: float) -> str:
+    """Describes what to hold next, or why to stop."""
+    first, unit = advice.ranked[0], advice.unit
+    rests = ", and ".join(_describe_support(each) for each in advice.decisions if each.rests_on)
+    if advice.check:
+        return f"Hold {name_object(advice.check)} to check: {rests}."
+    found = f" But {rests}: holding another object of the same material would check it." if rests else ""
+    if advice.stop == "impossible":
+        return "Nothing here is worth holding: no option can do these tasks."
+    if advice.stop == "certain":
+        return f"Nothing more needs to be held: every choice is certain.{found}"
+    if advice.stop:
+        left = "; ".join(_describe_open(each, unit) for each in advice.decisions if not each.is_certain)
+        if advice.price and first.worth:
+            saved = f"{name_object(first.name)} would save {first.worth:.2g} {unit}"
+            return f"Nothing here is worth its price of {advice.price:g} {unit}: {saved}; {left}.{found}"
+        return f"Nothing here is worth holding: {left}.{found}"
+    if advice.pair is not None:
+        one, other = (name_object(each) for each in advice.pair)
+        head = (
+            f"Hold {one} and then {other}: worth {advice.pair_worth / uses:.3g} {unit} per use together, little alone"
+        )
+        later = advice.plan[2:]
+    else:
+        worth = f"worth {first.worth / uses:.3g} ± {first.worth_se / uses:.1g} {unit} per use"
+        head, later = f"Hold {name_object(first.name)}: {worth}", advice.plan[1:]
+    if later:
+        head += f"; then {name_object(later[0])}"
+    if min(advice.p_best_planned) >= CERTAIN:
+        return f"{head}; all choices are certain after about {len(advice.plan)}."
+    then = ", ".join(
+        f"{p:.2f} for {each.name}" for p, each in zip(advice.p_best_planned, advice.decisions, strict=True)
+    )
+    holds = "hold" if len(advice.plan) == 1 else "holds"
+    return f"{head}. After about {len(advice.plan)} {holds}, further holds gain nothing; P(best) is then {then}."
+
+
+def _describe_support(decision: OpenDecision) -> str:
+    """Names the object, or the set of objects, on whose evidence a certain choice depends."""
+    names = [name_object(name) for name in decision.rests_on]
+    if len(names) == 1:
+        return f"the choice for {decision.name} rests on {names[0]} alone"
+    return f"the choice for {decision.name} depends on each of {', '.join(names)}"
+
+
+def _describe_open(decision: OpenDecision, unit: str) -> str:
+    """Describes an open choice: a tie, or an expected loss that no hold here can avoid."""
+    margin = decision.margin
+    if margin is not None and max(margin, decision.regret) <= _TIE * decision.cost:
+        return f"{decision.name} is a tie (P = {decision.p_best:.2f}): the best two differ by {margin:.2g} {unit}"
+    return f"{decision.name} stays open (P = {decision.p_best:.2f}, expected loss {decision.regret:.2g} {unit})"
+
+
+def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: argparse.Namespace) -> list[Tool]:
+    """Lists the objects that may be held; a name that both files use raises an AffordanceError."""
+    if arguments.may_hold.resolve() == arguments.tools.resolve():
+        return list(held)
+    names = {tool.name for tool in tools}
+    for each in held:
+        if each.name in names:
+            raise AffordanceError(
+                f"{arguments.may_hold}: {each.name!r} is also a tool of {arguments.tools}, must have another name; "
+                "--include-tools allows holding the tools themselves"
+            )
+    return [*held, *(tools if arguments.include_tools else [])]
+
+
+def _recall_felt(place: str | None, settings: Settings, same_colours: SameColours) -> dict[str, FeltObject]:
+    """Reads the evidence about each object that was held; empty without a memory."""
+    if place is None:
+        return {}
+    with open_memory(place, create=False) as ledger:
+        return recall_felt(ledger, settings.prior, same_colours)

@@ -1,0 +1,165 @@
+"""``affordance rank``: ranks tools and grips for a task, and explains the ranking."""
+
+import argparse
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from affordance.arguments import check_number
+from affordance.choice.pricing import plan_options
+from affordance.choice.ranking import explain_choice
+from affordance.commands.advice.workbench import (
+    add_choice,
+    check_choice,
+    keep_strikers,
+    keep_unlike,
+    know_materials,
+    open_bench,
+    rank_tools,
+    read_tasks,
+    see_tools,
+)
+from affordance.commands.demo import TRIALS, announce, check_alone
+from affordance.commands.options import change_by_name, give_answer, open_robot
+from affordance.commands.parser import OneLineParser
+from affordance.commands.terminal import find_width
+from affordance.exceptions import BadValueError
+from affordance.extensions.advice.expected_inertia import expect
+from affordance.extensions.advice.payload import measure_payload
+from affordance.extensions.advice.reporting.advice_report import AdviceQuestion, build_content, name_materials
+from affordance.extensions.advice.reporting.advice_text import describe_advice, describe_choice_of
+from affordance.extensions.advice.reporting.expectation_text import build_expectations, describe_expectations
+from affordance.extensions.memory.exchange import read_trials
+from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.past_arms import count_of
+from affordance.reporting.formatting import format_number, tabulate
+from affordance.robot import Robot
+from affordance.settings import Settings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Bounds of a payload, [kg] and [m] (a larger value must be in the wrong unit); exit status if it is too heavy.
+_PAYLOAD_MAX, _DISTANCE_MAX, _TOO_HEAVY = 1e4, 10.0, 3
+# Name of the written files.
+_NAME = "ranking"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    if isinstance(parser, OneLineParser):
+        parser.hint = "rank compares tools for one task; affordance next takes several"
+    add = parser.add_argument
+    add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
+    what = "rank the package's hammers after learning from its simulated recordings"
+    add("--demo", action="store_true", help=what)
+    what = "in place of tools: a mass in the hand (kg); prints what remains of each joint's effort limit"
+    add("--payload", type=float, metavar="KG", help=what)
+    what = "centre of mass of that mass in the hand's frame (m; default 0 0 0)"
+    add("--payload-at", type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"), help=what)
+    add_choice(parser, _NAME, samples=10_000)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Ranks the options, prints the ranking, and writes it with a picture to the folder of ``--out``."""
+    if arguments.demo:
+        return _run_demo(arguments)
+    names = [arguments.task] if arguments.task else []
+    if (given := len(names) + len(arguments.files)) > 1:
+        raise BadValueError("task", "", f"is given {given} times, must be given once; affordance next takes several")
+    bounds = check_choice(arguments, 1)
+    robot = open_robot(arguments)
+    if arguments.payload is not None:
+        return _answer_payload(arguments, robot, names)
+    bench = open_bench(arguments, robot, names)
+    named = know_materials(arguments, bench.memory, bench.tools, bench.materials, bench.settings.prior)
+    bench = bench._replace(memory=named.memory)
+    settings, materials, tools = bench.settings, bench.materials, bench.tools
+    ((name, task),) = bench.tasks.items()
+    options, remarks = keep_strikers(see_tools(arguments, bench), task, arguments.tools)
+    options, alike = keep_unlike(arguments, options, tools)
+    choice = plan_options(options, task, settings)
+    ranking, draws = rank_tools(arguments, bench, choice, task, bounds)
+    seen = {option.object_name: option.features for option in choice.options}
+    expected = [expect(tool, bench.memory, settings, seen.get(tool.name)) for tool in tools]
+    question = AdviceQuestion(
+        name,
+        robot.name,
+        arguments.see,
+        Path(arguments.memory).name if arguments.memory else "",
+        named,
+        name_materials(tools, materials),
+        count_of(robot, arguments.memory),
+        explain_choice(ranking, draws, choice.options),
+        draws.surprises,
+        (*bench.remarks, *remarks),
+        alike,
+    )
+    content = build_content(ranking, question, describe_choice_of(ranking, question))
+    content["expected"] = build_expectations(expected)
+    width = find_width()
+    text = "\n".join([describe_advice(ranking, question, width), *describe_expectations(expected, width)])
+
+    def draw() -> "Figure":
+        # Imported here: these imports take most of a second, and runs without --out do not need them.
+        from affordance.extensions.advice.reporting.advice_figure import draw_advice, render_choice
+
+        pictures = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
+        return draw_advice(ranking, content["sentence"], pictures)
+
+    give_answer(arguments, _NAME, text, content, draw)
+    return 0
+
+
+def _answer_payload(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> int:
+    """Prints what remains of each joint's effort limit when a payload is held during a task."""
+    mass = check_number("--payload", arguments.payload, 0.0, _PAYLOAD_MAX, "kg")
+    for value in arguments.payload_at:
+        check_number("--payload-at", value, -_DISTANCE_MAX, _DISTANCE_MAX, "m")
+    ((name, task),) = read_tasks(names, arguments.files, robot).items()
+    settings = change_by_name(arguments, Settings(arm=robot.directives))
+    demand = measure_payload(task, mass, np.array(arguments.payload_at), settings)
+    place = " ".join(f"{each:g}" for each in arguments.payload_at)
+    least = min(demand.joints, key=lambda each: each.margin / each.limit if np.isfinite(each.limit) else np.inf)
+    sentence = (
+        f"{format_number(mass)} kg at ({place}) m in the hand {'fits' if least.margin >= 0.0 else 'is too heavy'}: "
+        f"{least.joint} needs {format_number(least.needed)} N m of {format_number(least.limit)} N m at most."
+    )
+    rows = [["", "needs (N m)", "limit (N m)", "left (N m)"]]
+    rows += [
+        [each.joint, *(f"{value:.2f}" for value in (each.needed, each.limit, each.margin))]
+        if np.isfinite(each.limit)
+        else [each.joint, "", "none", ""]
+        for each in demand.joints
+    ]
+    lines = [sentence, f"{name} with {robot.name}, including the arm's own weight and motion:"]
+    width = max(find_width() - 2, 0)
+    lines += [f"  {line}" for line in tabulate(rows, (1, 2, 3), width)]
+    lines.append(f"  at the grip: {format_number(demand.force)} N, {format_number(demand.moment)} N m")
+    content = {
+        "task": name,
+        "robot": robot.name,
+        "payload": {"mass": mass, "position": list(arguments.payload_at)},
+        "joints": [{**each._asdict(), "margin": each.margin} for each in demand.joints],
+        "grip_force": demand.force,
+        "grip_moment": demand.moment,
+        "sentence": sentence,
+    }
+    give_answer(arguments, _NAME, "\n".join(lines), content)
+    return 0 if least.margin >= 0.0 else _TOO_HEAVY
+
+
+def _run_demo(arguments: argparse.Namespace) -> int:
+    """Ranks the package's hammers with a memory of the package's trials."""
+    check_alone(arguments, {"task": "a task", "files": "--task", "memory": "--memory"})
+    teach = ["memory", "import", "demo.sqlite", TRIALS]
+    announce(arguments, teach, ["rank", "hammer", "--memory", "demo.sqlite"])
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "demo.sqlite"
+        with open_memory(place) as ledger:
+            ledger.append(read_trials(TRIALS))
+        arguments.demo, arguments.task, arguments.memory = False, "hammer", str(place)
+        return run(arguments)

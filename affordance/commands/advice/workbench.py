@@ -1,0 +1,257 @@
+"""Shared parts of the commands that choose tools: options, and the tools, tasks and memory they name."""
+
+import argparse
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arguments import check_number, check_whole
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.prior import Prior
+from affordance.choice.demand import Criterion
+from affordance.choice.easing import explain_failure
+from affordance.choice.hammer import Hammer
+from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
+from affordance.choice.listed_options import list_drawn_options, list_options
+from affordance.choice.options import Option, add_weighings
+from affordance.choice.pricing import GripBounds
+from affordance.choice.ranking import Ranking, rank_draws
+from affordance.choice.tasks import is_any_still, load_task_file
+from affordance.commands import options
+from affordance.commands.memory.memory_options import read_same_colours
+from affordance.commands.options import add_same_colours
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.extensions.advice.named_materials import NamedBelief, know_by_name
+from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.same_colours import SameColours
+from affordance.files.constraints import Whole
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools, select_known
+from affordance.objects.materials import MATERIALS, Material, load_materials
+from affordance.objects.tool import Tool, find_alike_grips
+from affordance.robot import Robot
+from affordance.settings import Settings
+
+# Sources of the tools' shapes.
+_SIGHTS = ("drawing", "features", "pictures")
+# Value of ``--know`` that means no material.
+_NOTHING = "nothing"
+# Bounds of what a gripper can hold, [N] and [N m]; a larger value must be in the wrong unit.
+_FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
+
+
+class Bench(NamedTuple):
+    """Tools, tasks, memory and criterion from which a tool is chosen.
+
+    Every tool has at least one grip. The settings are those of the robot's arm with the changes of ``--set``. Where
+    two colours are treated as one, the memory's evidence about the second belongs to the first.
+    """
+
+    settings: Settings
+    materials: Mapping[str, Material]
+    tools: list[Tool]
+    memory: MaterialMemory
+    same_colours: SameColours
+    tasks: Mapping[str, TaskCostModel]
+    criterion: Criterion
+    remarks: tuple[str, ...] = ()  # warnings about the tools file
+
+
+def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
+    """Adds the options of commands that choose tools: tools, knowledge about them, criterion and robot."""
+    add = parser.add_argument
+    what = "file of a task, in place of a task of the robot; next takes several, in addition to tasks of the robot"
+    add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
+    what = "how the shape of tools is known; features are sizes with errors (vision_error)"
+    add("--see", choices=_SIGHTS, default=_SIGHTS[0], help=what)
+    add(
+        "--by",
+        choices=[each.value for each in Criterion],
+        help="what is compared: expected work, effort, largest fraction of an effort limit, or wrench at the grip "
+        "(default: work for the paper's arm, grip for other arms and for holding still)",
+    )
+    add("--max-grip-force", type=float, metavar="N", help="largest force that the gripper can hold, N (default: any)")
+    what = "largest moment that the gripper can hold, N m (default: any)"
+    add("--max-grip-moment", type=float, metavar="NM", help=what)
+    what = f"number of samples of the belief (default {samples})"
+    add("--samples", type=int, default=samples, metavar="N", help=what)
+    tools = MODELS / "workshop" / "tools.yaml"
+    what = "tools file with grips, or an object's URDF (default: tools of the package)"
+    add("--tools", type=Path, default=tools, metavar="FILE", help=what)
+    add("--only", action="append", default=[], metavar="NAME", help="only the tool of this name; may be repeated")
+    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the tools file)")
+    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
+    add_know(parser)
+    add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
+    add_same_colours(parser)
+    options.add_answer(parser, f"{files}.json, .txt, .png and .svg")
+    options.add_robot(parser)
+    options.add_seed(parser)
+    options.add_set(parser)
+    options.add_learner(parser)
+
+
+def add_know(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--know``, which names the materials whose handbook density is known."""
+    what = (
+        "materials whose handbook density is known: NAME,NAME,... or the word nothing (default: all that tools name)"
+    )
+    parser.add_argument("--know", metavar="NAMES", help=what)
+
+
+def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
+    """Checks the options of a choice before the robot is opened; returns the gripper's bounds."""
+    options.check_bounds(arguments)
+    options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
+    check_whole("--samples", arguments.samples, Whole(fewest_samples, 100_000))
+    return _read_grip_bounds(arguments)
+
+
+def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> Bench:
+    """Loads tools, tasks and memory that the options name; ``names`` are tasks of the robot."""
+    settings = options.change_by_name(arguments, Settings(arm=robot.directives))
+    materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
+    remarks: tuple[str, ...] = ()
+    if arguments.tools.suffix.lower() == ".urdf":
+        from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
+
+        tool, remarks = read_object(arguments.tools, materials)
+        known: tuple[Tool, ...] = (tool,)
+    else:
+        known = load_tools(arguments.tools, materials, arguments.meshes)
+    tools = options.choose_tools(known, arguments.only, arguments.tools)
+    same_colours = read_same_colours(arguments, materials)
+    memory = recall_memory(arguments.memory, settings, same_colours)
+    tasks = read_tasks(names, arguments.files, robot)
+    criterion = _choose_criterion(arguments.by, robot, tasks.values())
+    return Bench(settings, materials, tools, memory, same_colours, tasks, criterion, remarks)
+
+
+def know_materials(
+    arguments: argparse.Namespace,
+    memory: MaterialMemory,
+    tools: Sequence[Tool],
+    materials: Mapping[str, Material],
+    prior: Prior,
+) -> NamedBelief:
+    """Adds to a memory the handbook densities of the materials that ``--know`` names."""
+    names: list[str] | None = None
+    if arguments.know is not None:
+        names = [] if arguments.know == _NOTHING else [each.strip() for each in arguments.know.split(",")]
+    for name in names or ():
+        if name not in materials:
+            raise BadValueError("--know", "", describe_choice(name, [*materials, _NOTHING]))
+    return know_by_name(memory, tools, materials, prior, names)
+
+
+def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
+    """Lists the tools' options, with shapes from the source that ``--see`` names, and their weighings."""
+    return add_weighings(_see(arguments, bench), bench.tools)
+
+
+def _see(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
+    if arguments.see == "features":
+        error, seed = bench.settings.vision_error, arguments.seed
+        return [option for tool in bench.tools for option in list_options(tool, error, seed)]
+    if arguments.see == "pictures":
+        from affordance.extensions.pixels.seen_options import list_seen_options  # imported here, as it loads OpenCV
+
+        return list_seen_options(bench.tools, arguments.seed)
+    return list_drawn_options(bench.tools)
+
+
+def rank_tools(
+    arguments: argparse.Namespace, bench: Bench, choice: Choice, task: TaskCostModel, bounds: GripBounds
+) -> tuple[Ranking, Draws]:
+    """Ranks the options of a task under draws from the belief in the bench's memory.
+
+    Raises:
+        AffordanceError: If no option is usable; the message explains why the nearest one is not.
+    """
+    settings, rng = bench.settings, np.random.default_rng(arguments.seed)
+    colours = [material.colour for material in select_known(bench.materials, bench.tools).values()]
+    memory = bench.memory.add_colours(list(dict.fromkeys(colours)), settings.prior)
+    draws = choice.draw(memory, rng, arguments.samples)
+    ranking = rank_draws(choice, draws, rng, criterion=bench.criterion, bounds=bounds)
+    if not ranking.num_usable:
+        raise AffordanceError(explain_failure(ranking, task, memory, settings, bounds, rng))
+    return ranking, draws
+
+
+def keep_unlike(
+    arguments: argparse.Namespace, options: Sequence[Option], tools: Sequence[Tool]
+) -> tuple[list[Option], dict[str, tuple[str, ...]]]:
+    """Keeps one of each set of grips that are equivalent by the symmetry of a drawn tool.
+
+    Returns: The kept options, and the equivalent grips of each, by its name.
+    """
+    if arguments.see != _SIGHTS[0]:  # shapes from a camera are not exactly symmetric
+        return list(options), {}
+    by_tool = {tool.name: find_alike_grips(tool) for tool in tools}
+    others = {(tool, grip) for tool, found in by_tool.items() for grips in found.values() for grip in grips}
+    kept = [each for each in options if (each.object_name, each.grip) not in others]
+    alike = {each.name: by_tool[each.object_name].get(each.grip, ()) for each in kept}
+    return kept, {name: grips for name, grips in alike.items() if grips}
+
+
+def keep_strikers(options: Sequence[Option], task: TaskCostModel, path: Path) -> tuple[list[Option], tuple[str, ...]]:
+    """Keeps the options with a striking face if the task is a blow, and warns of the tools without one.
+
+    Raises:
+        BadValueError: If the task is a blow and no tool has a striking face.
+    """
+    if not isinstance(task, Hammer):
+        return list(options), ()
+    kept = [option for option in options if any(part.strikes for part in option.features)]
+    without = dict.fromkeys(option.object_name for option in options if option not in kept)
+    if not kept:
+        problem = "has no tool with a striking face, must have strikes: {NAME: {point: [x, y, z], normal: [x, y, z]}}"
+        raise BadValueError(path, "tools", problem)
+    return kept, tuple(f"{name} has no striking face (strikes) and cannot be used for a blow" for name in without)
+
+
+def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
+    """Loads tasks of the robot, by name, and from files; no task, or a repeated name, raises a BadValueError."""
+    if not (names or files):
+        raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or a file with --task")
+    tasks = {name: robot.load_task(name) for name in names}
+    for file in files:
+        if file.stem in tasks:
+            problem = f"is {str(file)!r}, must not have the same name as another task, {file.stem}"
+            raise BadValueError("--task", "", problem)
+        tasks[file.stem] = load_task_file(file, robot.arm)
+    return tasks
+
+
+def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
+    """Returns the named criterion, or the default: work for the paper's arm, the wrench at the grip for others.
+
+    If a task is to hold still, which takes no work, the default is the wrench at the grip, and naming work raises a
+    BadValueError.
+    """
+    holds_still = is_any_still(tasks)
+    criterion = Criterion(named or (Criterion.WORK if robot.is_default and not holds_still else Criterion.GRIP))
+    if holds_still and criterion is Criterion.WORK:
+        others = ", ".join(each.value for each in Criterion if each is not Criterion.WORK)
+        raise BadValueError("--by", "", f"is 'work', which is zero for holding still, must be one of {others}")
+    return criterion
+
+
+def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
+    """Reads the largest force and moment that the gripper can hold; infinite unless given."""
+    given = {}
+    for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
+        value = getattr(arguments, f"max_grip_{name}")
+        if value is not None:
+            given[name] = check_number(f"--max-grip-{name}", value, 1e-3, largest, unit)
+    return GripBounds(**given)
+
+
+def recall_memory(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
+    """Loads the belief of a lasting memory; without one, returns an empty memory."""
+    if place is None:
+        return MaterialMemory(settings.learner)
+    with open_memory(place, create=False) as ledger:
+        return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)

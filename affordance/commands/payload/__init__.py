@@ -1,0 +1,1 @@
+"""Commands of this branch; each module has ``add_arguments`` and ``run``."""

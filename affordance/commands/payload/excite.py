@@ -1,0 +1,279 @@
+"""``affordance excite``: designs a motion from which a payload can be identified well."""
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from affordance.arguments import check_number, check_whole
+from affordance.arrays import Array
+from affordance.choice.listed_options import list_drawn_options
+from affordance.choice.pricing import plan_options
+from affordance.commands import options
+from affordance.commands.terminal import find_width
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
+from affordance.extensions.payload.excitation.expectation import Aim, Expectation, Spread, find_errors
+from affordance.extensions.payload.excitation.more_motion import USUAL_ACCELERATION
+from affordance.extensions.payload.excitation.motion_design import MotionDesign, NoMotionError, design_motion
+from affordance.extensions.payload.excitation.planned_motion import (
+    FourierFamily,
+    Limit,
+    MotionFamily,
+    MotionLimits,
+    PostureFamily,
+    plan_way,
+)
+from affordance.extensions.payload.recording.preparation import PreparedRun
+from affordance.extensions.payload.settings import SignalKind
+from affordance.extensions.robots.joint_limits import limit_joints
+from affordance.files.atomic import write_text
+from affordance.files.constraints import Whole
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.plant.serial_chain import SerialChain
+from affordance.reporting.formatting import break_line
+from affordance.robot import Robot
+from affordance.settings import Settings
+
+SIGNALS = ("joint_torque", "motor_torque")
+_NEAR_FLOOR = 1.2
+# Bounds of options, with their units.
+_BOUNDS = {
+    "seconds": (1.0, 120.0, "s"),
+    "mass": (0.02, 100.0, "kg"),
+    "floor": (0.0, 1e4, "g"),
+    "acceleration": (0.05, 100.0, "rad/s^2"),
+    "tip-speed": (0.01, 20.0, "m/s"),
+    "reach": (0.05, np.pi, "rad"),
+    "above": (-5.0, 5.0, "m"),
+}
+_POSTURES = Whole(1, 50)
+_NAME = "excite"
+_SECOND = 1_000_000_000  # [ns]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add = parser.add_argument
+    what = "model folder written by import-arm, or a robot's file with --tip (default: the paper's arm)"
+    add("place", nargs="?", type=Path, metavar="robot", help=what)
+    what = "what to identify: mass, com or inertia, or a task of the robot, for the cost of that task (default mass)"
+    add("--for", dest="aim", default="mass", metavar="AIM", help=what)
+    add("--seconds", type=float, default=8.0, metavar="S", help="duration of the motion (default 8)")
+    add("--postures", type=int, metavar="N", help="visit N postures (default: a motion as a Fourier series)")
+    add("--mass", type=float, default=1.0, metavar="KG", help="approximate mass of the load (default 1)")
+    what = "tools file, if --for names a task"
+    add("--tools", type=Path, default=MODELS / "workshop" / "tools.yaml", metavar="FILE", help=what)
+    add("--only", metavar="NAME", help="tool that will be held (default: the first)")
+    add("--signal", choices=SIGNALS, default=SIGNALS[0], help="signal that will be recorded (default joint_torque)")
+    add(
+        "--gains", type=Path, metavar="FILE", help="gains.yaml written by identify, with gains and errors of this arm"
+    )
+    add("--floor", type=float, default=10.0, metavar="G", help="mass error that does not average out, g (default 10)")
+    what = "acceleration limit: one for all joints, or one per joint, rad/s^2 (default: the robot's file, else 3)"
+    add("--acceleration", type=float, nargs="+", default=[], metavar="A", help=what)
+    add("--joint-limits", type=Path, metavar="FILE", help="joint_limits.yaml of MoveIt")
+    add("--tip-speed", type=float, default=1.0, metavar="V", help="speed limit of the tip, m/s (default 1)")
+    what = "largest distance of each joint from home (default 3.14)"
+    add("--reach", type=float, default=3.14, metavar="RAD", help=what)
+    add("--above", type=float, metavar="M", help="lowest height of the tip in the base frame (default: none)")
+    options.add_answer(parser, "motion.csv, trajectory.yaml, excite.json and .txt")
+    options.add_robot(parser)
+    options.add_seed(parser)
+    options.add_set(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Designs the motion, prints the predicted precision, and writes the motion."""
+    _check(arguments)
+    if arguments.place is not None:
+        if arguments.robot is not None:
+            raise BadValueError("--robot", "", "is given twice, must be given once: as an option or as an argument")
+        arguments.robot = arguments.place
+    robot = options.open_robot(arguments)
+    given, num = np.array(arguments.acceleration), len(robot.joint_names)
+    if len(given) not in (0, 1, num):
+        raise BadValueError(
+            "--acceleration", "", f"has {len(given)} numbers, must have 1, or one for each of {num} joints"
+        )
+    chain = robot.chain if arguments.joint_limits is None else limit_joints(robot.chain, arguments.joint_limits)
+    acceleration = _limit_acceleration(chain, given)
+    expectation, aim = _expect(arguments, robot), _find_aim(arguments)
+    limits = MotionLimits.around(
+        robot.home,
+        robot.limits._replace(v_max=np.minimum(robot.limits.v_max, chain.velocity_limits)),
+        reach=arguments.reach,
+        acceleration=acceleration,
+        tip_speed=arguments.tip_speed,
+        height=-np.inf if arguments.above is None else arguments.above,
+    )
+    seconds, postures = arguments.seconds, arguments.postures
+    family: MotionFamily = (
+        FourierFamily(chain, limits, seconds) if postures is None else PostureFamily(chain, limits, seconds, postures)
+    )
+    try:
+        design, spread = design_motion(expectation, family, aim, seed=arguments.seed)
+    except NoMotionError as error:
+        raise _blame(arguments, error) from error
+    way = plan_way(chain, limits, robot.home, design.motion.q[0])
+    lines, width = list(_describe(arguments, robot, aim, design, spread, way, acceleration)), find_width()
+    content = {
+        "for": arguments.aim,
+        "predicted_sd": {"mass_g": 1e3 * spread.mass, "com_mm": 1e3 * spread.com, "inertia_kg_m2": spread.inertia},
+        "typical_over_this": design.typical / design.score,
+        "floor_g": arguments.floor,
+        "seconds": seconds,
+        "postures": postures,
+        "acceleration_limits": dict(zip(robot.joint_names, acceleration.tolist(), strict=True)),
+        "start": dict(zip(robot.joint_names, design.motion.q[0], strict=True)),
+        "sentence": "\n".join(lines),
+    }
+    if aim is Aim.COST:
+        content["predicted_sd"] |= {"cost_J": spread.cost}
+    if arguments.out is not None:
+        write_text(arguments.out / "motion.csv", format_csv(design.motion))
+        write_text(arguments.out / "trajectory.yaml", format_trajectory(robot.joint_names, design.motion))
+        there = plan_way(chain, limits, robot.home, design.motion.q[0])
+        back = plan_way(chain, limits, design.motion.q[-1], robot.home)
+        write_text(arguments.out / "to_start.yaml", format_trajectory(robot.joint_names, there))
+        write_text(arguments.out / "back_home.yaml", format_trajectory(robot.joint_names, back))
+    text = "\n".join(part for line in lines for part in break_line(line, width))
+    options.give_answer(arguments, _NAME, text, content)
+    return 0
+
+
+def _limit_acceleration(chain: SerialChain, given: Array) -> Array:
+    """Returns the acceleration limits, (n,), [rad/s^2].
+
+    Given limits are capped by those of the robot's file. Without given ones, the file's limits hold, and the usual
+    limit where the file has none.
+    """
+    usual = np.where(np.isfinite(chain.acceleration_limits), chain.acceleration_limits, USUAL_ACCELERATION)
+    return np.minimum(given, chain.acceleration_limits) if len(given) else usual
+
+
+def format_csv(motion: PreparedRun) -> str:
+    """Formats a motion as CSV with the columns of a recording."""
+    n = motion.q.shape[1]
+    head = ["time", *(f"{name}_{j + 1}" for name in ("q", "v", "vdot") for j in range(n))]
+    rows = np.column_stack([motion.times, *motion.motion])
+    return "\n".join([",".join(head), *(",".join(f"{value:.6f}" for value in row) for row in rows)]) + "\n"
+
+
+def format_trajectory(joint_names: tuple[str, ...], motion: PreparedRun) -> str:
+    """Formats a motion as a trajectory_msgs/JointTrajectory message in YAML."""
+
+    def show(values: Array) -> list[float]:
+        return [round(float(value), 6) for value in values]
+
+    points = []
+    for t, q, v, vdot in zip(motion.times, *motion.motion, strict=True):
+        nanoseconds = round(1e9 * float(t))
+        point = {"positions": show(q), "velocities": show(v), "accelerations": show(vdot)}
+        time = {"sec": nanoseconds // _SECOND, "nanosec": nanoseconds % _SECOND}
+        points.append({**point, "time_from_start": time})
+    message = {"joint_names": list(joint_names), "points": points}
+    return str(yaml.safe_dump(message, sort_keys=False, default_flow_style=None, width=1000))
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    options.check_bounds(arguments)
+    if arguments.postures is not None:
+        check_whole("--postures", arguments.postures, _POSTURES)
+    for name, bounds in _BOUNDS.items():
+        value = getattr(arguments, name.replace("-", "_"))
+        for each in value if isinstance(value, list) else [] if value is None else [value]:
+            check_number(f"--{name}", each, *bounds)
+
+
+def _blame(arguments: argparse.Namespace, error: NoMotionError) -> BadValueError:
+    """Builds the error that names the option to change if no motion satisfies the limits."""
+    if error.limit is Limit.HEIGHT:
+        return BadValueError("--above", "", f"is {arguments.above:g} m: {error}; choose a smaller height")
+    if error.limit is not Limit.TORQUE:
+        return BadValueError(
+            "--seconds", "", f"is {arguments.seconds:g}: {error}; choose more seconds, or fewer postures"
+        )
+    if _find_aim(arguments) is Aim.COST:
+        return BadValueError("--for", "", f"is {arguments.aim}: with the tool {error}; choose a lighter tool")
+    return BadValueError("--mass", "", f"is {arguments.mass:g} kg: {error}; choose a lighter load")
+
+
+def _find_aim(arguments: argparse.Namespace) -> Aim:
+    measured = [each.value for each in Aim if each is not Aim.COST]
+    return Aim(arguments.aim) if arguments.aim in measured else Aim.COST
+
+
+def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
+    """Builds the expected precision from the gains, the torque errors and the assumed load.
+
+    Raises:
+        BadValueError: If the aim is unknown, or a joint has no effort limit and no gains file gives its error.
+    """
+    chain, kind = robot.chain, SignalKind(arguments.signal)
+    gains, density = find_errors(chain.joint_names, robot.limits.tau_max, kind, arguments.gains)
+    known = np.isfinite(density) & (density > 0.0)
+    if not known.all():
+        name = chain.joint_names[int(np.argmin(known))]
+        raise BadValueError(
+            robot.directives, name, "has no effort limit, must have one, or its errors must be given with --gains"
+        )
+    load = Expectation.of_load(chain, gains, density, mass=arguments.mass, floor=1e-3 * arguments.floor)
+    if _find_aim(arguments) is not Aim.COST:
+        return load
+    if arguments.aim not in robot.tasks:
+        names = [*(each.value for each in Aim if each is not Aim.COST), *robot.tasks]
+        raise BadValueError("--for", "", describe_choice(arguments.aim, names))
+    tools = load_tools(arguments.tools, load_materials(robot.folder / MATERIALS.name))
+    tool, *_ = options.choose_tools(tools, [arguments.only] if arguments.only else [], arguments.tools)
+    settings = options.change_by_name(arguments, Settings(arm=robot.directives))
+    choice = plan_options(list_drawn_options([tool])[:1], robot.load_task(arguments.aim), settings)
+    pi = next(iter(tool.list_gripped().values())).parameters
+    expectation = load.of_task(pi, lambda each: choice.compute_costs(each[None]).cost[0])
+    if not np.isfinite(expectation.slope).all():
+        reason = choice.cost_models[0].infeasible_reason or "its cost is infinite"
+        raise AffordanceError(f"{arguments.aim} cannot be done with {name_object(tool.name)}: {reason}")
+    return expectation
+
+
+def _describe(
+    arguments: argparse.Namespace,
+    robot: Robot,
+    aim: Aim,
+    design: MotionDesign,
+    spread: Spread,
+    way: PreparedRun,
+    acceleration: Array,
+) -> Iterator[str]:
+    """Describes the motion and its predicted precision, line by line."""
+    of = {Aim.MASS: "the mass", Aim.COM: "the centre of mass", Aim.INERTIA: "the moments of inertia"}
+    form = "Fourier motion" if arguments.postures is None else f"Visit of {arguments.postures} postures"
+    what = of.get(aim, f"the cost of {arguments.aim}")
+    yield f"{form}, {arguments.seconds:g} s, to identify {what} with {robot.name}"
+    cost = f", cost {spread.cost:.2g} J" if aim is Aim.COST else ""
+    yield (
+        f"Predicted standard deviations: mass {1e3 * spread.mass:.0f} g, centre of mass {1e3 * spread.com:.1f} mm, "
+        f"moments of inertia {spread.inertia:.2g} kg m^2{cost}"
+    )
+    yield (
+        f"The median of random motions within the same limits has an SD {design.typical / design.score:.1f} times as "
+        f"large; a mass error of {arguments.floor:g} g remains however long the motion is (--floor)"
+    )
+    if spread.mass <= _NEAR_FLOOR * 1e-3 * arguments.floor:
+        yield f"The SD of the mass is within a factor of {_NEAR_FLOOR:g} of that error: longer motions help little"
+    angles = zip(robot.joint_names, design.motion.q[0], strict=True)
+    yield f"Start at rest at {', '.join(f'{name} {angle:.3f}' for name, angle in angles)} rad"
+    lowest = float(robot.chain.compute_motion(*way.motion).p_WT[:, 2].min())
+    yield (
+        f"From home, a straight path in joint space takes {way.times[-1]:.1f} s; the tip stays above {lowest:.2f} m "
+        "(to_start.yaml and back_home.yaml in --out)"
+    )
+    most = zip(robot.joint_names, acceleration, strict=True)
+    yield f"Accelerations within {', '.join(f'{name} {limit:g}' for name, limit in most)} rad/s^2"
+    yield "Run it with an empty hand, then with the load; record from one second before to one second after"
+    assumed = "Assumed: errors typical of arms with similar effort limits"
+    yield assumed if arguments.gains is None else f"Errors and gains come from {arguments.gains}"
+    yield "Not checked: collisions, with itself or anything else; try it slowly first (limits: --reach, --above)"

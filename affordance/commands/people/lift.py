@@ -1,0 +1,69 @@
+"""``affordance lift``: simulates the trials of a table, and writes the table with what observers did."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from affordance.belief.learners import LEARNERS
+from affordance.commands.options import (
+    add_json,
+    add_run_options,
+    check_bounds,
+    open_robot,
+    print_answer,
+    read_learner,
+)
+from affordance.commands.people.tables import add_table_options, open_table
+from affordance.commands.setups import check_own_name, read_setup
+from affordance.commands.terminal import find_width
+from affordance.exceptions import BadValueError
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.suite import run_suite
+from affordance.extensions.people.experiments.table_lifts import TableExperiment
+from affordance.extensions.people.experiments.trials import check_cost
+from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.reporting.lift_means import describe_means
+from affordance.files.bounded import read_json
+from affordance.named_settings import change_settings, parse_changes
+from affordance.settings import DEFAULT_SETTINGS
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add = parser.add_argument
+    add("--trials", type=Path, required=True, metavar="FILE", help="table with one row per trial (CSV)")
+    add_table_options(parser)
+    what = f"{', '.join(LEARNERS)}, or your own as FILE.py:CLASS, whose code is run; may be repeated (default: all)"
+    add("--learner", action="append", default=[], metavar="LEARNER", help=what)
+    add_json(parser)
+    add_run_options(parser, 1, "observers of each learner for each participant", models="")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints means with intervals, and writes the table of lifts, figures and a report."""
+    check_bounds(arguments)
+    changes = dict(parse_changes(arguments.changes))
+    if "learner" in changes:
+        raise BadValueError("--set", "learner", "has no effect here: learners are chosen by --learner")
+    own = {name: changes.pop(name) for name in list(changes) if name.startswith("learner.")}
+    if own and len(arguments.learner) != 1:
+        raise BadValueError(
+            "--set", next(iter(own)), "belongs to one learner, must be given with exactly one --learner"
+        )
+    robot = open_robot(arguments)
+    learners = tuple(dict.fromkeys(map(read_learner, arguments.learner))) or tuple(LEARNERS.values())
+    if own:
+        learners = (change_settings(replace(DEFAULT_SETTINGS, learner=learners[0]), own).learner,)
+    name = check_own_name(arguments.trials)
+    table, tasks = open_table(arguments, arguments.trials, robot)
+    check_cost(table, arguments.repeats, len(learners))
+    trials = TableExperiment(name, table, tasks, arguments.repeats, learners)
+    setup = replace(read_setup(arguments, robot, changes, LiftSettings), observers=trials.observers)
+    report, *_ = run_suite({name: Experiment(trials.run, trials.read)}, setup)
+    means = read_json(setup.out / name / "metrics.json")["means"]
+    lines = [describe_means(means, find_width())]
+    if table.unused:
+        lines.append(f"Columns that lifts.csv does not contain: {', '.join(table.unused)}")
+    lines += [f"The lifts: {setup.out / name / 'lifts.csv'}", f"The report: {report}"]
+    print_answer(arguments, "\n".join(lines), means)
+    return 0

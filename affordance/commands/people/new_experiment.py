@@ -1,0 +1,32 @@
+"""``affordance new-experiment NAME``: writes a runnable example experiment, for the user to change."""
+
+import argparse
+import inspect
+from pathlib import Path
+
+from affordance.commands.setups import check_own_name
+from affordance.exceptions import BadValueError
+from affordance.extensions.people.experiments import starting_point
+from affordance.files.atomic import write_text
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument("name", help="name of the experiment: letters, digits and '_'")
+    what = "folder for the file (default: the current one)"
+    parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help=what)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Writes the file, unless it exists, and prints how to run it."""
+    name = arguments.name.removesuffix(".py")
+    path = arguments.out / f"{name}.py"
+    if not name.isidentifier():
+        raise BadValueError("name", "", f"is {arguments.name!r}, must be letters, digits and '_', a letter first")
+    check_own_name(path)
+    if path.exists():
+        raise BadValueError(path, "", "exists already, must be a new file")
+    source = inspect.getsource(starting_point)
+    write_text(path, source.replace(starting_point.NAME, name).replace("FILE", str(path)))
+    print(f"{path}: change it as you like, then run it: affordance run {path}")
+    return 0

@@ -1,0 +1,83 @@
+"""Options of the commands that fit learners to lifts."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from affordance.belief.learner import Learner
+from affordance.commands.catalogue import LEARNER_NAMES
+from affordance.commands.options import add_jobs, add_seed, add_set, check_bounds, refuse_changes
+from affordance.commands.people.columns import add_columns, read_columns
+from affordance.exceptions import BadValueError
+from affordance.extensions.people.fit import Question
+from affordance.extensions.people.free_parameters import list_free
+from affordance.extensions.people.lift_settings import LiftSettings, with_participant
+from affordance.extensions.people.pushes import COLUMNS, Lifts, read_lifts
+from affordance.extensions.people.static_lifts import check_closed_form
+from affordance.named_settings import change_settings, parse_changes
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.objects.tool import Tool
+from affordance.settings import Settings
+
+LEARNERS_HELP = f"{', '.join(LEARNER_NAMES)}, or your own as FILE.py:CLASS, whose code is run"
+
+
+def add_fit_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options that fit and compare-learners share."""
+    add = parser.add_argument
+    add("lifts", type=Path, help="table with one row per lift (CSV), like lifts.csv")
+    add(
+        "--of",
+        default="",
+        metavar="WHO",
+        help="use only lifts with this value in the column learner (default: people)",
+    )
+    add(
+        "--objects",
+        type=Path,
+        metavar="FILE",
+        help="tools file with the objects (default: objects made from size and mass)",
+    )
+    add_columns(parser, COLUMNS)
+    add("--draws", type=int, default=64, metavar="D", help="number of draws of the free parameters (default 64)")
+    add("--particles", type=int, default=50, metavar="P", help="number of particles per draw (default 50)")
+    add_seed(parser)
+    add_jobs(parser)
+    add_set(parser)
+
+
+def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
+    """Reads settings and lifts."""
+    check_bounds(arguments)
+    refuse_changes(arguments, ["learner"], "--learner selects the learner, and --free its fitted parameters")
+    spreads = ["participant.gain_spread", "participant.kappa_spread"]
+    refuse_changes(arguments, spreads, "fits are of single people, or of one value for all")
+    refuse_changes(arguments, ["point_estimate"], "fits use the most probable densities")
+    for option, value, least in (("--draws", arguments.draws, 4), ("--particles", arguments.particles, 1)):
+        if not least <= value <= 10_000:
+            nearest = min(max(value, least), 10_000)
+            raise BadValueError(option, "", f"is {value}, must be from {least} to 10000; the nearest is {nearest}")
+    settings = change_settings(LiftSettings(), parse_changes(arguments.changes))
+    check_closed_form(settings)
+    tools: tuple[Tool, ...] = ()
+    if arguments.objects is not None:
+        tools = tuple(load_tools(arguments.objects, load_materials(MATERIALS)))
+    lifts = read_lifts(arguments.lifts, learner=arguments.of, tools=tools, columns=read_columns(arguments))
+    return settings, lifts
+
+
+def ask(
+    arguments: argparse.Namespace, settings: Settings, lifts: Lifts, learner: Learner, free: Sequence[str] | None
+) -> Question:
+    """Builds the fitting problem of a learner from the options."""
+    return Question(
+        lifts,
+        learner,
+        settings,
+        list_free(learner, with_participant(settings).participant, free),
+        arguments.draws,
+        arguments.particles,
+        seed=arguments.seed,
+        jobs=arguments.jobs,
+    )

@@ -1,0 +1,105 @@
+"""``affordance predict EXPERIMENT``: predicts what every learner would do, before there are data."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from affordance.arguments import check_number
+from affordance.belief.learners import list_learners
+from affordance.commands.catalogue import EXPERIMENTS, find_experiment
+from affordance.commands.options import (
+    add_json,
+    add_learner,
+    add_run_options,
+    check_bounds,
+    open_robot,
+    print_answer,
+    read_changes,
+)
+from affordance.commands.people.tables import SUFFIXES, add_table_options, open_table
+from affordance.commands.setups import check_experiment, check_learner, check_own_name, open_experiment, read_setup
+from affordance.commands.terminal import find_width
+from affordance.exceptions import BadValueError
+from affordance.experiments.shared.experiment import Experiment
+from affordance.extensions.people.experiments.prediction import predict
+from affordance.extensions.people.experiments.table_lifts import TableExperiment
+from affordance.extensions.people.experiments.trials import check_cost
+from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.reporting.learner_predictions import POWER, format_predictions
+from affordance.files.bounded import read_json
+from affordance.named_settings import change_settings
+from affordance.robot import Robot
+from affordance.runs.repeats import check_folder
+from affordance.settings import DEFAULT_SETTINGS
+
+# Default of --repeats: an experiment's own number of observers per learner, but at most this.
+_OBSERVERS = 50
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add = parser.add_argument
+    names = [name for name in EXPERIMENTS if find_experiment(name).predict is not None]
+    add("experiment", help=f"one of {', '.join(names)}, a Python file, or a table of trials (CSV)")
+    what = f"observers of each learner (default: at most {_OBSERVERS}; for a table 1 per participant)"
+    add_run_options(parser, None, what, models="")
+    add_learner(parser)
+    add_json(parser)
+    add_table_options(parser)
+    what = "for a table: between-person standard deviation of force, N (default: that of people in the table)"
+    add("--people-sd", type=float, metavar="N", help=what)
+    what = f"power of a test between two groups (default {POWER})"
+    add("--power", type=float, default=POWER, metavar="P", help=what)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints means with intervals, the spread of observers, and the best measurement."""
+    check_number("--power", arguments.power, 0.5, 0.999)
+    if arguments.people_sd is not None:
+        check_number("--people-sd", arguments.people_sd, 1e-6, 1e3, "N")
+    path = Path(arguments.experiment)
+    if path.suffix in SUFFIXES:
+        check_bounds(arguments)
+        robot = open_robot(arguments)
+        name = check_own_name(path)
+        table, tasks = open_table(arguments, path, robot)
+        learners = tuple(list_learners(change_settings(DEFAULT_SETTINGS, read_changes(arguments)).learner))
+        trials = TableExperiment(name, table, tasks, arguments.repeats or 1, learners, arguments.people_sd)
+        check_cost(table, trials.repeats, len(trials.learners))
+        arguments.repeats = trials.observers
+        return _predict(
+            name, Experiment(trials.run, trials.read, trials.predict, settings=LiftSettings), arguments, robot
+        )
+    for option in ("objects", "columns", "people_sd", "meshes", "materials"):
+        if getattr(arguments, option):
+            problem = f"is for a table of trials, must be omitted for {arguments.experiment}"
+            raise BadValueError(f"--{option.replace('_', '-')}", "", problem)
+    check_experiment(arguments, EXPERIMENTS, or_file=True)
+    with open_experiment(arguments.experiment) as (name, experiment):
+        if arguments.repeats is None:
+            arguments.repeats = min(_OBSERVERS, experiment.observers)
+        check_bounds(arguments)
+        robot = open_robot(arguments)
+        return _predict(name, experiment, arguments, robot, is_own=name not in EXPERIMENTS)
+
+
+def _predict(
+    name: str, experiment: Experiment, arguments: argparse.Namespace, robot: Robot, *, is_own: bool = False
+) -> int:
+    """Predicts an experiment; a user-defined one is first tried with one observer."""
+    if (measure := experiment.predict) is None:
+        problem = f"is {arguments.experiment!r}, which uses one learner for all observers; use run once per --learner"
+        raise BadValueError("experiment", "", problem)
+    if arguments.repeats < 2:
+        raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
+    changes = read_changes(arguments)
+    check_learner("predict", changes)
+    check_folder(arguments.out)
+    setup = read_setup(arguments, robot, changes, experiment.settings)
+    experiment.read(setup)
+    if is_own:
+        measure(replace(setup, observers=1, jobs=1))
+    found = predict(name, setup, measure, power=arguments.power)
+    text = format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads, find_width())
+    print_answer(arguments, f"{text}\nThe predictions: {found.path}", read_json(found.path))
+    return 0

@@ -1,0 +1,53 @@
+"""``affordance watch``: shows an observer in an experiment, live in the browser."""
+
+import argparse
+import os
+import socket
+import sys
+import webbrowser
+from pathlib import Path
+
+from affordance.commands import options
+from affordance.commands.setups import check_experiment, read_setup
+from affordance.experiments.shared.suite import OF_THE_PAPER
+from affordance.extensions.watch.show import Show
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    what = f"{', '.join(OF_THE_PAPER)} (default: weight)"
+    parser.add_argument("experiment", nargs="?", default="weight", help=what)
+    options.add_robot(parser)
+    options.add_seed(parser)
+    options.add_set(parser)
+    options.add_learner(parser)
+    options.add_memory(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Shows an observer until it is interrupted; returns the exit status."""
+    options.check_bounds(arguments)
+    check_experiment(arguments, OF_THE_PAPER)
+    if arguments.robot is not None and arguments.robot.is_file():
+        options.tell(
+            arguments, f"{arguments.robot.name}: importing it takes about half a minute, unless that was done before."
+        )
+    robot = options.open_robot(arguments)
+    arguments.repeats, arguments.jobs, arguments.out = 1, 1, Path("results")
+    setup = read_setup(arguments, robot, options.read_changes(arguments))
+    if arguments.memory or arguments.same_colour:
+        from affordance.commands.memory.memory_options import remember  # imported here, as few observers remember
+
+        setup = remember(setup, arguments, robot)
+    show = Show(arguments.experiment, setup)
+    address = show.scene.page.address
+    tunnels = " ".join(f"-L {port}:localhost:{port}" for port in show.scene.ports)
+    print(f"Watch {arguments.experiment} at {address} (Ctrl-C ends it)", end="; ")
+    print(f"from another machine first: ssh {tunnels} {socket.gethostname()}", flush=True)
+    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        webbrowser.open_new_tab(address)
+    try:
+        show.run()
+    except KeyboardInterrupt:
+        print()
+    return 0

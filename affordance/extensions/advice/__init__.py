@@ -1,0 +1,1 @@
+"""Advice on tools: what to expect of them, which to choose, what to hold next."""

@@ -1,0 +1,124 @@
+"""Expected mass, centre of mass and inertia of an object, from its appearance before it is held."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arguments import check_kind
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.pricing import Amount
+from affordance.choice.weighed import Surprise, WeighedObject, condition_object, draw_drawing_errors
+from affordance.objects.colour import show_colour
+from affordance.objects.tool import Tool
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.vision.eye import measure_drawing
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.prediction import measure_geometry
+
+# Number and seed of the evenly spread samples of a belief, which give the ends of intervals to about 0.1 %. They are
+# the same for every caller.
+_NUM_SAMPLES, _SEED = 10_000, 0
+
+
+class ExpectedBody(NamedTuple):
+    """Expected inertia of an object or of one of its parts, in the axes of the object's own frame.
+
+    Attributes:
+        name: Name of the object, or of the material that the part looks like; its colour if seen in a picture.
+        mass: Mass, [kg].
+        com: Coordinates of the centre of mass, [m].
+        inertia: Moments Ixx, Iyy, Izz and products Ixy, Ixz, Iyz about the centre of mass, [kg m^2].
+    """
+
+    name: str
+    mass: Amount
+    com: tuple[Amount, Amount, Amount]
+    inertia: tuple[Amount, ...]
+
+
+class Expectation(NamedTuple):
+    """Expected inertia of a whole object and of each of its parts: means and 90 % intervals.
+
+    Attributes:
+        whole: The whole object.
+        parts: Parts of the tool, in the order of its components.
+        surprises: Weighings that contradict the drawing and the materials.
+
+    Example:
+        >>> from affordance import MODELS, MaterialMemory, expect, load_tools
+        >>> hammer, *_ = load_tools(MODELS / "workshop" / "tools.yaml")
+        >>> known = MaterialMemory.from_densities({"oak": 700, "cast_steel": 7800})
+        >>> expected = expect(hammer, known)
+        >>> print([f"{part.name}: {part.mass.mean:.2f} kg" for part in expected.parts])
+        ['oak: 0.11 kg', 'cast_steel: 0.49 kg']
+    """
+
+    whole: ExpectedBody
+    parts: tuple[ExpectedBody, ...]
+    surprises: tuple[Surprise, ...] = ()  # weighings that contradict drawing and materials
+
+
+def expect(
+    tool: Tool,
+    memory: MaterialMemory,
+    settings: Settings = DEFAULT_SETTINGS,
+    features: Sequence[ComponentFeatures] | None = None,
+) -> Expectation:
+    """Computes the inertia expected of an object from its appearance and its weighings, before it is held.
+
+    A weighing is evidence about the densities and about the errors of the drawing, as the mass depends on both.
+
+    Args:
+        tool: Object that is looked at; its true densities are not used.
+        memory: Belief about materials, such as that of ``TrialRunner.start_memory`` or a lasting memory's ``recall``.
+        settings: Settings; only the prior of materials that were never met is used.
+        features: Observed shapes of its parts; None for those of the drawing, with their errors.
+
+    Raises:
+        BadArgumentError: An argument has the wrong type.
+    """
+    check_kind("tool", tool, Tool, "load_tools(PATH) reads some")
+    check_kind("memory", memory, MaterialMemory, "MaterialMemory() knows nothing yet")
+    check_kind("settings", settings, Settings)
+    seen = measure_drawing(tool) if features is None else features
+    recalled = memory.recall([part.appearance for part in seen], settings.prior)
+    rng = np.random.default_rng(_SEED)
+    densities, surprises = recalled.densities, tuple[Surprise, ...]()
+    weighings = tuple(each for each in tool.weighings if len(seen) == len(tool.components) or not each.parts)
+    geometry = measure_geometry(seen, range(len(seen)), len(seen))
+    if weighings:
+        weighed = WeighedObject(seen, recalled.columns, geometry, weighings)
+        densities, surprises = condition_object(densities, tool.name, weighed, settings.prior)
+    drawn = densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
+    rho = drawn[:, list(recalled.columns)]  # (S, parts)
+    if weighings:
+        errors = draw_drawing_errors(weighed, rho, rng)
+    else:
+        errors = rng.standard_normal((_NUM_SAMPLES, len(geometry.Phi_errors)))
+    bodies = []
+    for number in range(len(seen)):
+        alone = np.zeros_like(rho)
+        alone[:, number] = rho[:, number]
+        bodies.append(geometry.compute_parameters(alone, errors))
+    shown = {part.looks_like.colour: part.looks_like.name for part in tool.components}
+    names = [shown.get(part.colour) or show_colour(part.colour) for part in seen]
+    parts = tuple(_summarise(name, pi) for name, pi in zip(names, bodies, strict=True))
+    return Expectation(_summarise(tool.name, np.sum(bodies, axis=0)), parts, surprises)
+
+
+def _summarise(name: str, pi: Array) -> ExpectedBody:
+    """Summarises samples of ten parameters, (S, 10)."""
+    mass = pi[:, 0]
+    com = pi[:, 1:4] / np.where(mass > 0.0, mass, np.nan)[:, None]
+    com = np.where(np.isfinite(com), com, np.nanmean(com, axis=0))  # a sample without mass has no centre of mass
+    x, y, z = com.T
+    shift = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
+    about = pi[:, 4:] - mass[:, None] * np.column_stack(shift)
+    return ExpectedBody(
+        name,
+        Amount.of(mass),
+        (Amount.of(x), Amount.of(y), Amount.of(z)),
+        tuple(Amount.of(column) for column in about.T),
+    )

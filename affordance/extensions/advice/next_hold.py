@@ -1,0 +1,227 @@
+"""Advises what to hold next before tools are chosen, what it is worth, and when to stop."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arguments import check_kind, check_number, check_whole
+from affordance.arrays import Array
+from affordance.belief.felt_object import FeltObject
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.demand import Criterion
+from affordance.choice.inner_simulation import Choice, check_num_samples
+from affordance.choice.picking import NO_OPTION, find_chosen
+from affordance.choice.pricing import GripBounds, price_options
+from affordance.exceptions import AffordanceError
+from affordance.extensions.advice.hold_advice import CERTAIN, HoldAdvice, OpenDecision, RankedHold
+from affordance.extensions.advice.hold_samples import HoldSamples, Suspicion
+from affordance.extensions.advice.hold_worth import (
+    Decision,
+    Outlook,
+    PossibleHold,
+    PricedDecisions,
+    compute_information,
+    compute_worth,
+    feel,
+)
+from affordance.files.constraints import Whole
+from affordance.objects.tool import Tool
+from affordance.plant.load import load_arm
+from affordance.proprioception.static_hold import StaticHold
+from affordance.settings import Settings
+from affordance.vision.eye import measure_drawing
+
+# Number of candidates, by worth and then by information, whose pairs are evaluated before the advice is to stop.
+_MOST_PAIRED = 12
+# An object is not proposed if the arm can hold it with less than this probability.
+_HOLDABLE = 0.05
+# A worth below this fraction of the expected cost is rounding or noise.
+_NEGLIGIBLE = 1e-4
+# Number of samples with which a choice is repeated under the hypothesis that an object is odd.
+_NUM_DOUBTED = 500
+_SAMPLES = Whole(100, 100_000)
+
+
+class Question(NamedTuple):
+    """Task that will be done, and its options."""
+
+    name: str
+    choice: Choice
+    uses: float = 1.0  # number of times that the task will be done
+
+
+def advise_hold(
+    candidates: Sequence[Tool],
+    questions: Sequence[Question],
+    memory: MaterialMemory,
+    settings: Settings,
+    *,
+    criterion: Criterion = Criterion.WORK,
+    bounds: GripBounds | None = None,
+    price: float = 0.0,
+    felt: Mapping[str, FeltObject] | None = None,
+    looks_ahead: bool = False,
+    num_samples: int = 4000,
+    seed: int = 0,
+) -> HoldAdvice:
+    """Advises what to hold next, so that the right options are chosen.
+
+    Every candidate is held still in the arm's home posture, with its first grip or, without grips, as it is drawn. A
+    candidate that is also an option has the features of that option. All candidates share samples and random numbers,
+    so that they differ only by the objects. An object that the arm can hardly hold has no worth.
+
+    Args:
+        candidates: Objects that may be held, at least one.
+        questions: Tasks and options, at least one.
+        memory: Belief about materials.
+        settings: Settings of arm, noise and prior.
+        criterion: Criterion by which options are compared; worths have its unit.
+        bounds: Largest wrench that the gripper can hold; None for no bounds.
+        price: Price of a hold, in the unit of the criterion.
+        felt: Evidence about objects that were held before, by name. It tells how far each deviates from the mean
+            densities of its materials. One of the objects may be odd, which means not made of what it looks like.
+        looks_ahead: True to plan a few holds ahead.
+        num_samples: Number of samples of the belief.
+        seed: Seed of the samples.
+
+    Raises:
+        BadArgumentError: An argument has the wrong type or is out of bounds.
+        AffordanceError: There is no object to hold, two have the same name, or there is no task.
+    """
+    check_kind("memory", memory, MaterialMemory)
+    check_number("price", price, 0.0)
+    check_whole("num_samples", num_samples, _SAMPLES)
+    names = [tool.name for tool in candidates]
+    if not names or len(set(names)) < len(names):
+        raise AffordanceError(f"objects to hold are {names}, must be at least one, with different names")
+    if not questions:
+        raise AffordanceError("there is no task to decide, must be at least one")
+    offered = {option.object_name: option.features for each in questions for option in each.choice.options}
+    check_num_samples(num_samples, len(candidates) + sum(len(each.choice.options) for each in questions), "objects")
+    objects = {**{tool.name: measure_drawing(tool) for tool in candidates}, **offered}
+    samples = HoldSamples(memory, objects, dict(felt or {}), settings, np.random.default_rng(seed)).draw(num_samples)
+    decisions = [_decide(question, samples, criterion, bounds) for question in questions]
+    ranked, outlook = _rank(candidates, samples, decisions, settings, seed)
+    open_decisions = [_describe(decision, criterion) for decision in decisions]
+    scale = sum(each.cost * question.uses for each, question in zip(open_decisions, questions, strict=True))
+    least = max(price, _NEGLIGIBLE * scale)
+    is_certain, is_below_price = all(each.is_certain for each in open_decisions), ranked[0].worth <= least
+    pair, pair_worth = None, 0.0
+    if is_below_price and not is_certain:
+        pair, pair_worth = outlook.find_best_pair([each.name for each in ranked[:_MOST_PAIRED]])
+        is_below_price = pair_worth <= 2.0 * least
+        pair = None if is_below_price else pair
+    stop = ""
+    if not any(each.is_possible for each in open_decisions):
+        stop = "impossible"
+    elif is_certain:
+        stop = "certain"
+    elif is_below_price:
+        stop = "not worth its price"
+    check = ""
+    if stop:
+        supports = _find_supports(questions, samples, criterion, bounds, open_decisions)
+        open_decisions = [
+            each._replace(rests_on=tuple(one.name for one in weak))
+            for each, weak in zip(open_decisions, supports, strict=True)
+        ]
+        checks = {name for weak in supports for one in weak for name in samples.list_checks(one)}
+        check = next((each.name for each in ranked if each.name in checks and each.worth >= price), "")
+        stop = "" if check else stop
+    plan: tuple[str, ...] = ()
+    planned = np.zeros(0)
+    if looks_ahead and not stop and not check:
+        # A task that no option can do stays impossible, whatever is held.
+        certain = np.array([CERTAIN if each.is_possible else 0.0 for each in open_decisions])
+        plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), certain, least)
+    return HoldAdvice(
+        ranked,
+        tuple(open_decisions),
+        stop,
+        is_certain,
+        is_below_price,
+        price,
+        pair,
+        pair_worth,
+        criterion.unit,
+        plan,
+        tuple(planned.tolist()),
+        check,
+    )
+
+
+def _rank(
+    candidates: Sequence[Tool], samples: HoldSamples, decisions: Sequence[Decision], settings: Settings, seed: int
+) -> tuple[tuple[RankedHold, ...], Outlook]:
+    """Ranks objects by the worth of holding each one, and prepares the samples for planning further ahead."""
+    arm, noise = load_arm(settings.arm), settings.noise
+    static, priced = StaticHold(arm), PricedDecisions(decisions)
+    sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))
+    found: list[RankedHold] = []
+    felt: dict[str, Array] = {}
+    for tool in candidates:
+        geometry = samples.build_geometry(tool.name, tool.grips[0].X_TG if tool.grips else None)
+        hold = PossibleHold(tool.name, geometry, samples.draw_own(tool.name), samples.draw_errors(tool.name))
+        p_held = hold.compute_probability(static, arm.limits)
+        percept = feel(hold, static, noise, sd, np.random.default_rng([seed, 1]))
+        felt[tool.name] = percept if p_held >= _HOLDABLE else percept[:, :0]
+        worth = compute_worth([felt[tool.name]], priced)
+        information = compute_information(hold, static, noise, covariance, samples.common)
+        worths, p_best_after = tuple(worth.worths.tolist()), tuple(worth.p_best_after.tolist())
+        information = information if p_held >= _HOLDABLE else 0.0
+        found.append(RankedHold(tool.name, worth.total, worth.se, worths, information, p_best_after, p_held))
+    return tuple(sorted(found, key=lambda each: (-each.worth, -each.information))), Outlook(felt, priced)
+
+
+def _decide(question: Question, samples: HoldSamples, criterion: Criterion, bounds: GripBounds | None) -> Decision:
+    """Computes the costs of all options of a task for the samples."""
+    parameters: dict[str, Array] = {}
+    for option in question.choice.options:
+        if option.object_name not in parameters:
+            geometry = samples.build_geometry(option.object_name)
+            own, errors = samples.draw_own(option.object_name), samples.draw_errors(option.object_name)
+            parameters[option.object_name] = geometry.compute_parameters(own, errors)
+    costs, _ = price_options(question.choice, question.choice.grip(parameters), criterion, bounds)
+    names = tuple(option.name for option in question.choice.options)
+    return Decision(question.name, names, costs.cost, costs.feasible, question.uses)
+
+
+def _find_supports(
+    questions: Sequence[Question],
+    samples: HoldSamples,
+    criterion: Criterion,
+    bounds: GripBounds | None,
+    chosen: Sequence[OpenDecision],
+) -> list[list[Suspicion]]:
+    """Finds the objects on which each certain choice depends: without any one of them it would be open."""
+    supports: list[list[Suspicion]] = [[] for _ in questions]
+    for suspicion in samples.suspicions:
+        samples.draw(_NUM_DOUBTED, suspicion)
+        for place, (question, now) in enumerate(zip(questions, chosen, strict=True)):
+            names = {option.object_name for option in question.choice.options}
+            if now.p_best >= CERTAIN and samples.concerns(suspicion, names):
+                decision = _decide(question, samples, criterion, bounds)
+                if decision.mark_best().mean(axis=1)[decision.options.index(now.best)] < CERTAIN:
+                    supports[place].append(suspicion)
+    return supports
+
+
+def _describe(decision: Decision, criterion: Criterion) -> OpenDecision:
+    p_feasible = decision.feasible.mean(axis=1)
+    taken = find_chosen(decision.cost, decision.feasible, criterion)
+    is_usable = taken != NO_OPTION
+    best = taken if is_usable else int(p_feasible.argmax())
+    costs = decision.charge().mean(axis=1)
+    others = np.delete(costs, best)
+    return OpenDecision(
+        name=decision.name,
+        best=decision.options[best],
+        is_usable=is_usable,
+        p_feasible=float(p_feasible[best]),
+        p_best=float(decision.mark_best()[best].mean()),
+        regret=decision.compute_regret(best),
+        cost=float(costs[best]),
+        margin=float(others.min() - costs[best]) if len(others) else None,
+        p_possible=float((decision.feasible & np.isfinite(decision.cost)).any(axis=0).mean()),
+    )

@@ -1,0 +1,1 @@
+"""Lasting memory of what robots have held, in an SQLite file."""

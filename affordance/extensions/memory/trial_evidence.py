@@ -1,0 +1,270 @@
+"""Evidence of one trial, as a ledger stores it: observed features and measured torques, without beliefs.
+
+Frames: the object's parts are given in T, and its ten parameters are about the origin of T.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from affordance.arguments import check_array, check_colour, check_kind, check_number, check_symmetry, check_whole
+from affordance.arrays import Array
+from affordance.belief.likelihood import Likelihood
+from affordance.exceptions import BadArgumentError, show_value
+from affordance.extensions.memory.felt_models import PayloadQuadratic, unpack
+from affordance.files.constraints import OneLine, Whole, run_check
+from affordance.objects.appearance import PartAppearance
+from affordance.objects.inertia import NUM_PARAMETERS, Geometry
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+from affordance.version import __version__
+
+# A precision may have an eigenvalue below zero by rounding: by this fraction of its largest eigenvalue.
+_ROUNDING = 1e-9
+_COUNTS = Whole(1, 1_000_000_000)
+_JOINTS = Whole(0, 1000)
+_MOST_PARTS = 1000
+# Bounds of lengths in records, [m]; shorter or longer ones must be in another unit.
+_SIZES = 1e-4, 10.0
+# Lower bound of the volume of such parts, [m^3], and upper bound of their volumes and volume moments at the largest
+# distance, [m^3, m^4, m^5].
+_VOLUME_MIN, _MOMENT_MAX = 1e-15, 1e7
+# Largest standard deviation of a part's measurement, in any unit, and largest magnitude of a trial's log evidence.
+_SD_MAX, _LOG_MAX = 1e3, 1e12
+# Strings in a record. A robot's name consists of a file name and a link name, of up to 255 and 200 letters.
+_NAME, _LONG_NAME = OneLine(), OneLine(500)
+_FIRST_YEAR = 1970
+
+
+class FeltModel(Protocol):
+    """Measurement model: the likelihood of an object's densities given the features of a trial."""
+
+    def num_features(self, num_joints: int) -> int:
+        """Returns the length of the feature vector."""
+
+    def compute_likelihood(
+        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
+    ) -> Likelihood:
+        """Computes the likelihood; errors are evaluated at densities rho, (M,); see ``NoiseModel``."""
+
+
+FELT_MODELS: Mapping[str, type[FeltModel]] = {
+    "weber": WeberNoise,
+    "white": WhiteNoise,
+    "payload": PayloadQuadratic,
+}
+# Largest magnitude of the features of each model: torques, [N m]; their products, summed over a thousand joints; the
+# information vector of a mass of 1e3 kg known to 1e-9 kg; that of a density of 1e5 kg/m^3 known to 1e-6 kg/m^3.
+_FEATURE_MAX = {"weber": 1e6, "white": 1e15, "payload": 1e21}
+
+
+@dataclass(frozen=True, eq=False)
+class TrialEvidence:
+    """Evidence of one trial with one object.
+
+    Attributes:
+        object_name: Name of the object.
+        parts: Appearance of each of its P parts, in T.
+        geometry: Geometry of the parts in T, one column per part: Phi (10, P), errors (G, 10, P).
+        model: Measurement model.
+        features: Features of the model, averaged over the trial, shape (num_features,).
+        num_samples: Number of samples in the average.
+        num_joints: Number of joints.
+        robot: Name of the robot.
+        fingerprint: Fingerprint of the robot's arm; empty if unknown.
+        time: UTC time of the trial, ISO 8601 with microseconds.
+        log_evidence: Log probability density of the measurements under the belief before the trial.
+        p_value: Probability of evidence as low as this or lower under the belief before the trial.
+        source: File of the recording, or description of the simulation.
+        source_hash: Fingerprint of the recording; empty for a simulated trial.
+        program: Version of the program that wrote the record.
+
+    Example:
+        >>> from affordance import MODELS, TrialRunner, load_tools
+        >>> from affordance.extensions.memory.simulated_trial import describe_trial
+        >>> rod, *_ = load_tools(MODELS / "tools" / "weight.yaml")
+        >>> runner = TrialRunner()
+        >>> evidence = describe_trial(runner.run_hold(rod, runner.start_memory(), duration=0.5, seed=1))
+        >>> evidence.object_name, evidence.num_samples
+        ('rod_10cm', 5)
+    """
+
+    object_name: str
+    parts: tuple[PartAppearance, ...]
+    geometry: Geometry
+    model: FeltModel
+    features: Array
+    num_samples: int
+    num_joints: int
+    robot: str
+    fingerprint: str = ""
+    time: str = field(default_factory=lambda: show_time(datetime.now(UTC)))
+    log_evidence: float = 0.0
+    p_value: float = 1.0
+    source: str = ""
+    source_hash: str = ""
+    program: str = __version__
+
+    def __post_init__(self) -> None:
+        """Checks all attributes.
+
+        Raises:
+            BadArgumentError: If a value is not finite, out of bounds, or of the wrong type or shape, or if the
+                precision of the measurement is not symmetric and positive semidefinite.
+        """
+        run_check("object_name", _NAME.check, self.object_name)
+        run_check("robot", _LONG_NAME.check, self.robot)
+        for name in ("fingerprint", "source", "source_hash", "program"):
+            if getattr(self, name) != "":
+                run_check(name, _LONG_NAME.check, getattr(self, name))
+        object.__setattr__(self, "num_samples", check_whole("num_samples", self.num_samples, _COUNTS))
+        object.__setattr__(self, "num_joints", check_whole("num_joints", self.num_joints, _JOINTS))
+        log_evidence = check_number("log_evidence", self.log_evidence, -_LOG_MAX, _LOG_MAX)
+        object.__setattr__(self, "log_evidence", log_evidence)
+        object.__setattr__(self, "p_value", check_number("p_value", self.p_value, 0.0, 1.0))
+        check_kind("model", self.model, tuple(FELT_MODELS.values()), "WeberNoise() makes one")
+        object.__setattr__(self, "time", read_time("time", self.time))
+        if not 1 <= len(self.parts) <= _MOST_PARTS:
+            raise BadArgumentError("parts", "", f"holds {len(self.parts)}, must hold from 1 to {_MOST_PARTS}")
+        parts = tuple(_check_part(f"parts[{i}]", part) for i, part in enumerate(self.parts))
+        object.__setattr__(self, "parts", parts)
+        object.__setattr__(self, "geometry", _check_geometry(self.geometry, len(parts)))
+        shape = (self.model.num_features(self.num_joints or len(parts)),)
+        features = _check_bounded("features", self.features, shape, _FEATURE_MAX[self._model_name])
+        object.__setattr__(self, "features", features)
+        self._check_precision()
+
+    def _check_precision(self) -> None:
+        """Raises a BadArgumentError unless the precision of the ten parameters is positive semidefinite."""
+        try:
+            precision = self.compute_likelihood(BODY, np.zeros(NUM_PARAMETERS)).precision
+            if isinstance(self.model, PayloadQuadratic):  # its likelihood is symmetrised, so the features are checked
+                check_symmetry("features", unpack(self.features).precision)
+            least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
+        except np.linalg.LinAlgError as error:
+            raise BadArgumentError("features", "", f"has no valid precision: {error}") from error
+        if least < -_ROUNDING * max(largest, 0.0):
+            problem = f"has a precision with the eigenvalue {least:.3g}, must be positive semidefinite"
+            raise BadArgumentError("features", "", problem)
+
+    @property
+    def _model_name(self) -> str:
+        return next(name for name, kind in FELT_MODELS.items() if isinstance(self.model, kind))
+
+    @cached_property
+    def id(self) -> str:
+        """Digest by which a trial is counted only once: of the recording or, without one, of the features."""
+        digest = hashlib.sha256(self.source_hash.encode() or self._digest_content())
+        return digest.hexdigest()[:24]
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of the whole record, which reveals any change of it."""
+        content = self._list_content()
+        arrays = [content.pop(name).tobytes() for name in _ARRAYS]
+        return hashlib.sha256(b"".join(arrays) + json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
+
+    def _digest_content(self) -> bytes:
+        arrays = (self.features, self.geometry.Phi, self.geometry.Phi_errors)
+        named = json.dumps([self.object_name, self.num_samples, [part.colour for part in self.parts]])
+        return b"".join(each.tobytes() for each in arrays) + named.encode()
+
+    def compute_likelihood(self, geometry: Geometry, rho: Array) -> Likelihood:
+        """Computes the likelihood of densities for a geometry with M columns; errors are evaluated at rho, (M,)."""
+        return self.model.compute_likelihood(self.features, self.num_samples, self.num_joints, geometry, rho)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the record as plain numbers and strings for JSON, in SI units."""
+        content = self._list_content()
+        return {**content, **{name: content[name].tolist() for name in _ARRAYS}, "digest": self.digest}
+
+    def _list_content(self) -> dict[str, Any]:
+        return {
+            "id": self.id,
+            "time": self.time,
+            "robot": self.robot,
+            "fingerprint": self.fingerprint,
+            "object": self.object_name,
+            "parts": [_list_values(part) for part in self.parts],
+            "Phi": self.geometry.Phi,
+            "Phi_errors": self.geometry.Phi_errors,
+            "model": {"name": self._model_name, **vars(self.model)},
+            "features": self.features,
+            **{name: getattr(self, name) for name in PLAIN},
+        }
+
+
+# Geometry of a body whose "densities" are its ten parameters.
+BODY = Geometry(np.eye(NUM_PARAMETERS), np.zeros((0, NUM_PARAMETERS, NUM_PARAMETERS)))
+_ARRAYS = ("Phi", "Phi_errors", "features")
+_PART_SDS = ("colour_sd", "size_sd", "position_sd", "lightness_sd")
+# Keys of a record whose values are the attributes of the same name.
+PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "source_hash", "program")
+
+
+def _check_part(name: str, part: PartAppearance) -> PartAppearance:
+    """Checks a part's appearance, and returns it as plain numbers."""
+    check_kind(name, part, PartAppearance)
+    sizes = check_array(f"{name}.sizes", part.sizes, (None,))
+    if not len(sizes):
+        raise BadArgumentError(f"{name}.sizes", "", "is empty, must hold at least one length")
+    x, y, z = (float(each) for each in check_array(f"{name}.position", part.position, (3,)))
+    for i, size in enumerate(sizes):
+        check_number(f"{name}.sizes[{i}]", size, *_SIZES, "m")
+    for i, coordinate in enumerate((x, y, z)):
+        check_number(f"{name}.position[{i}]", coordinate, -_SIZES[1], _SIZES[1], "m")
+    sds = (check_number(f"{name}.{each}", getattr(part, each), 0.0, _SD_MAX) for each in _PART_SDS)
+    return PartAppearance(check_colour(f"{name}.colour", part.colour), tuple(sizes.tolist()), (x, y, z), *sds)
+
+
+def _list_values(part: PartAppearance) -> dict[str, float | list[float]]:
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in part._asdict().items()}
+
+
+def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
+    """Checks a geometry, and returns a read-only copy."""
+    Phi = _check_bounded("geometry.Phi", geometry.Phi, (NUM_PARAMETERS, num_parts), _MOMENT_MAX)
+    for i, volume in enumerate(Phi[0]):
+        check_number(f"geometry.Phi[0][{i}]", volume, _VOLUME_MIN, _MOMENT_MAX, "m^3")
+    shape = (None, NUM_PARAMETERS, num_parts)
+    return Geometry(Phi, _check_bounded("geometry.Phi_errors", geometry.Phi_errors, shape, _MOMENT_MAX))
+
+
+def _check_bounded(name: str, values: Array, shape: Sequence[int | None], most: float) -> Array:
+    """Checks that no number in an array has a larger magnitude than ``most``; returns a read-only copy."""
+    array = check_array(name, values, shape).copy()
+    if np.abs(array).max(initial=0.0) > most:
+        place = np.argwhere(np.abs(array) > most)[0]
+        where = "".join(f"[{each}]" for each in place)
+        raise BadArgumentError(
+            f"{name}{where}", "", f"is {array[tuple(place)]:g}, must be from {-most:g} to {most:g}"
+        )
+    array.setflags(write=False)
+    return array
+
+
+def show_time(moment: datetime) -> str:
+    """Formats a time in UTC, ISO 8601 with microseconds, so that strings sort by time."""
+    return moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
+
+
+def read_time(name: str, text: str) -> str:
+    """Parses a date or a time, in UTC unless it has an offset, and formats it like ``show_time``.
+
+    Raises:
+        BadArgumentError: If it cannot be parsed, or is before the first allowed year.
+    """
+    try:
+        moment = datetime.fromisoformat(text)
+        moment = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC)
+    except (TypeError, ValueError, OverflowError) as error:
+        problem = f"is {show_value(text)}, must be a time such as 2026-03-01T12:00"
+        raise BadArgumentError(name, "", problem) from error
+    if moment.year < _FIRST_YEAR:
+        raise BadArgumentError(name, "", f"is {show_value(text)}, must be in {_FIRST_YEAR} or later")
+    return show_time(moment)

@@ -1,0 +1,1 @@
+"""Payloads identified from recordings, and motions that excite them."""

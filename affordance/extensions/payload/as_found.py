@@ -1,0 +1,304 @@
+"""Detection of mistakes in a run's description from the arm's own weight: sign, gravity, frame and delay.
+
+A robot's file predicts the torques due to the arm's own weight to within a factor of two, whatever the payload. If
+the signals follow these torques much better with the opposite sign, with gravity along another axis, or at another
+time, the description is wrong. If they do not follow them at all and are close to zero, the controller has subtracted
+them.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array, Mask
+from affordance.extensions.payload.evidence.gravity_tilt import compute_force_regressors, measure_angle
+from affordance.extensions.payload.recording.preparation import PreparedRun, prepare
+from affordance.extensions.payload.recording.run import Run, resample
+from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
+from affordance.plant.serial_chain import SerialChain
+
+# Largest number of samples that are compared, and least number for a joint.
+_MOST, _FEWEST = 500, 12
+# Another direction of gravity, or another time, is accepted if it divides the residual variance by at least this
+# factor (geometric mean over the joints). In windows of recordings of a UR10e and a Panda, no alternative is 1.2
+# times as good as the description.
+_BETTER = 3.0
+# Share of a joint's variance beyond friction that the arm's own weight must explain before its sign is judged, and
+# ratio of signal to own-weight torque below which that torque is missing from the signal.
+_EXPLAINED, _LACKS = 0.8, 0.2
+# Least spread of a joint's own-weight torque for the joint to be judged, relative to the largest spread.
+_JUDGED = 0.2
+_LAGS = np.linspace(-0.15, 0.15, 31)  # candidate delays of the signals, [s]
+_LEAST_LAG, _LAGS_AGREE = 0.02, 0.03  # least delay, and largest difference between joints, [s]
+# Number of standard errors beyond which the sign of a gain is certain, and correlation time of the errors, [s].
+_SURE, _AGREEMENT = 4.0, 1.0
+# Angle above which gravity or a frame counts as described wrongly, not merely as set up imprecisely, [rad].
+_TURNED = np.radians(20.0)
+_AXES = np.concatenate([np.eye(3), -np.eye(3)])
+_AXIS_NAMES = ("+x", "+y", "+z", "-x", "-y", "-z")
+_ALONG = np.cos(np.radians(5.0))
+
+
+class Finding(NamedTuple):
+    """Contradiction between a recording and its description."""
+
+    problem: str  # what the recording shows, as a sentence
+    remedy: str  # what the option --as-found does about it, as a sentence
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Differences between recordings and their description, as the arm's own weight reveals them."""
+
+    findings: tuple[Finding, ...] = ()
+    signs: Array | None = None  # factor of each channel, 1 or -1, shape (C,); None to keep the signs
+    gravity: tuple[float, float, float] | None = None  # [m/s^2]; None to keep the described one
+    lag: float = 0.0  # delay of the signals behind the joint angles, [s]
+    rotation: Array | None = None  # rotation from the sensor's frame to the tip, shape (3, 3); None if they agree
+    compensates_arm: bool | None = None  # True if the signals lack the arm's own torque; None if as described
+
+    def apply(self, run: Run) -> Run:
+        """Returns a run corrected for these differences."""
+        description, signal = run.description, run.signal
+        if self.signs is not None:
+            signal = signal * self.signs
+        if self.rotation is not None:
+            signal = np.hstack([signal[:, :3] @ self.rotation.T, signal[:, 3:] @ self.rotation.T])
+        if self.lag and not description.postures:
+            signal = resample(run.times + self.lag, run.times, signal)
+        if self.gravity is not None:
+            description = replace(description, gravity=self.gravity)
+        if self.compensates_arm is not None:
+            description = replace(description, compensates_arm=self.compensates_arm)
+        return replace(run, description=description, signal=signal)
+
+
+def find_reading(robot: SerialChain, run: Run, settings: IdentificationSettings) -> Reading:
+    """Finds where a run contradicts its description, judging by the arm's own weight.
+
+    The run's joints must be in the order of the arm's.
+    """
+    robot = robot.with_gravity(run.description.gravity)
+    if run.description.kind is SignalKind.WRENCH:
+        return _compare_wrench(robot, run)
+    prepared = prepare(run, settings)
+    every = max(1, len(prepared.times) // _MOST)
+    thin = prepared.select(slice(None, None, every))
+    used = np.abs(thin.v) >= (0.0 if run.description.postures else settings.min_speed)
+    if (used.sum(axis=0) < _FEWEST).all():
+        return Reading()
+    return _compare_joints(robot, run, prepared, thin, used)
+
+
+def _compare_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> Reading:
+    """Compares a run of joint signals with its description: gravity, signs, compensation and delay."""
+    length = float(np.linalg.norm(robot.gravity_W))
+    directions = np.concatenate([robot.gravity_W[None] / length, _AXES])
+    fits = [_fit(robot.with_gravity(length * each), thin, thin.signal, used) for each in directions]
+    judged = _judge(fits[0])
+    # A joint that one direction of gravity does not load may be loaded by another, so the joints that each candidate
+    # loads are judged too.
+    left = np.array([np.log(fit.left[_judge(fit) | judged]).mean() for fit in fits])
+    # Opposite directions fit equally well. The one nearer to the description is taken, and the signs of the joints
+    # adapt.
+    near = directions @ directions[0] > -0.5
+    best = int(np.argmin(np.where(near, left, np.inf)))
+    findings: list[Finding] = []
+    gravity = None
+    if left[best] < left[0] - np.log(_BETTER) and measure_angle(directions[best], directions[0]) > _TURNED:
+        signs = np.sign(fits[best].gain[_judge(fits[best])])
+        direction = directions[best] * (1.0 if signs.sum() >= 0.0 else -1.0)
+        x, y, z = (float(each) for each in length * direction)
+        gravity = (x, y, z)
+        along = describe_direction(direction)
+        findings.append(
+            Finding(f"gravity seems to be along {along} of the base", f"gravity is taken to be along {along}")
+        )
+        fits[best] = _fit(robot.with_gravity(np.array(gravity)), thin, thin.signal, used)
+    else:
+        best = 0
+    fit = fits[best]
+    judged = _judge(fit)
+    lacks = fit.size[judged] < _LACKS * fit.torque_sd[judged]
+    if run.description.kind is not SignalKind.CURRENT and judged.any() and lacks.all():
+        if run.description.compensates_arm:
+            return Reading()
+        problem = "the signals lack the arm's own weight: the controller has subtracted it (compensates: arm)"
+        return Reading((Finding(problem, "the arm's own torque is added to the signals"),), compensates_arm=True)
+    if run.description.compensates_arm:
+        follows = judged & (fit.explained > _EXPLAINED) & (fit.gain > 0.5)
+        if not follows.any() or not follows[judged].all() or run.description.kind is SignalKind.CURRENT:
+            return Reading()
+        problem = "the signals contain the arm's own weight, although 'compensates: arm' says it was subtracted"
+        return Reading((Finding(problem, "nothing is added to the signals"),), compensates_arm=False)
+    turned = judged & (fit.explained > _EXPLAINED) & (fit.gain < -_SURE * fit.error)
+    signs = np.where(turned, -1.0, 1.0)
+    if turned.any():
+        findings.append(_describe_signs(robot, turned, judged))
+        if turned[judged].all():
+            signs = -np.ones(len(signs))
+    lag = _find_lag(
+        robot.with_gravity(robot.gravity_W if gravity is None else np.array(gravity)), prepared, thin, used
+    )
+    if lag:
+        words = f"{1e3 * abs(lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
+        findings.append(
+            Finding(f"the signals are {words} relative to the joint angles", f"signals are taken to be {words}")
+        )
+    return Reading(tuple(findings), signs if turned.any() else None, gravity, lag)
+
+
+def _describe_signs(robot: SerialChain, turned: Mask, judged: Mask) -> Finding:
+    """Describes joints whose signal has the opposite sign."""
+    if turned[judged].all() and judged.sum() > 1:
+        problem = (
+            "all joints have the opposite sign, as is KUKA's convention: the signal falls where the arm's own weight"
+        )
+        return Finding(
+            f"{problem} pulls more, or gravity points the other way", "all signals are taken with the opposite sign"
+        )
+    names = ", ".join(np.array(robot.joint_names)[turned])
+    have = "have" if turned.sum() > 1 else "has"
+    problem = f"{names} {have} the opposite sign: the signal falls where the arm's own weight pulls more"
+    return Finding(problem, f"the signal of {names} is taken with the opposite sign")
+
+
+class _Fit(NamedTuple):
+    """Regression of each joint's signal on its own-weight torque and friction, shape (n,) each."""
+
+    gain: Array  # signal per torque
+    error: Array  # standard error of the gain
+    left: Array  # residual variance
+    explained: Array  # share of the variance beyond friction that the arm's own weight explains
+    torque_sd: Array  # standard deviation of the own-weight torque
+    size: Array  # standard deviation of the signal beyond friction
+
+
+def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _Fit:
+    """Fits signals of joints, shape (N, n), with own-weight torque, load friction, friction and an offset."""
+    torque = robot.compute_arm_torques(*thin.motion)
+    n = torque.shape[1]
+    values = np.zeros((6, n))
+    values[2] = 1.0
+    alike = 1.0 if not thin.v.any() else max(_AGREEMENT * thin.rate, 1.0)  # number of samples that share an error
+    for j in range(n):
+        rows = used[:, j]
+        if rows.sum() < _FEWEST:
+            continue
+        v, tau, x = thin.v[rows, j], torque[rows, j], signal[rows, j]
+        friction = np.column_stack([np.sign(v), v, np.ones_like(v)])
+        without = x - friction @ np.linalg.lstsq(friction, x)[0]
+        own = np.column_stack([tau, np.abs(tau) * np.sign(v), friction])
+        solution = np.linalg.lstsq(own, x)[0]
+        rest = float(np.mean((x - own @ solution) ** 2))
+        beyond = float(np.mean(without**2))
+        least = 1e-6 * max(float(x @ x) / len(x), 1e-12)
+        error = np.sqrt(max(np.linalg.pinv(own.T @ own)[0, 0], 0.0) * rest * alike)
+        explained = 1.0 - rest / max(beyond, least)
+        values[:, j] = solution[0], error, max(rest, least), explained, tau.std(), np.sqrt(beyond)
+    return _Fit(*values)
+
+
+def _judge(fit: _Fit) -> Mask:
+    """Returns a mask of the joints that the arm's own weight loads enough, shape (n,)."""
+    judged: Mask = fit.torque_sd > _JUDGED * max(float(fit.torque_sd.max()), 1e-9)
+    return judged
+
+
+def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> float:
+    """Finds the delay of the signals, [s]; zero unless another time fits much better."""
+    if not used.any() or not prepared.v.any():
+        return 0.0
+    inside = (thin.times >= thin.times[0] - _LAGS[0]) & (thin.times <= thin.times[-1] - _LAGS[-1])
+    if inside.sum() < _FEWEST:
+        return 0.0
+    thin, used = thin.select(np.flatnonzero(inside)), used[inside]
+    fits = [_fit(robot, thin, resample(thin.times + lag, prepared.times, prepared.signal), used) for lag in _LAGS]
+    judged = _judge(fits[0]) & (np.max([fit.explained for fit in fits], axis=0) > _EXPLAINED)
+    if not judged.any():
+        return 0.0
+    each = np.array([np.log(fit.left[judged]) for fit in fits])
+    left, own = each.mean(axis=1), _LAGS[each.argmin(axis=0)]
+    best = int(left.argmin())
+    if np.count_nonzero(np.abs(own - _LAGS[best]) <= _LAGS_AGREE) < 2:  # errors of a short run can mimic any delay
+        return 0.0
+    is_inside = 0 < best < len(_LAGS) - 1
+    if not is_inside or abs(_LAGS[best]) < _LEAST_LAG or left[best] > left[len(_LAGS) // 2] - np.log(_BETTER):
+        return 0.0
+    return float(_LAGS[best])
+
+
+def _compare_wrench(robot: SerialChain, run: Run) -> Reading:
+    """Compares the forces of a wrist sensor with the description: their sign, gravity and the sensor's mounting."""
+    every = max(1, len(run.times) // _MOST)
+    q, forces = run.q[::every], run.signal[::every, :3]
+    length = float(np.linalg.norm(robot.gravity_W))
+    columns = np.stack(
+        [compute_force_regressors(robot.with_gravity(length * axis), q)[:, :3, 0] for axis in np.eye(3)], axis=2
+    )  # (N, 3, 3): force of one kilogram with gravity along each axis
+    varied = columns - columns.mean(axis=0)
+    forces = forces - forces.mean(axis=0)
+    flat, b = varied.reshape(-1, 3), forces.ravel()
+    if len(q) < 4 or np.linalg.svd(flat, compute_uv=False)[-1] < _JUDGED * np.sqrt(len(q)) * length * 0.5:
+        return Reading()
+    weight = np.linalg.lstsq(flat, b)[0]
+    whole = float(b @ b)
+    left = float(np.sum((b - flat @ weight) ** 2)) / max(whole, 1e-30)
+    described = robot.gravity_W / length
+    angle = measure_angle(weight, described)
+    if 1.0 - left > _EXPLAINED:
+        if angle < _TURNED:
+            return Reading()
+        if angle > np.pi - _TURNED:
+            problem = "the forces have the opposite sign: 'force_on' or the direction of gravity is wrong"
+            remedy = "forces and moments are taken with the opposite sign"
+            return Reading((Finding(problem, remedy),), signs=-np.ones(6))
+        direction = weight / np.linalg.norm(weight)
+        nearest = _AXES[int(np.argmax(_AXES @ direction))]
+        direction = nearest if nearest @ direction > np.cos(_TURNED) else direction
+        x, y, z = (float(each) for each in length * direction)
+        along = describe_direction(direction)
+        problem = f"gravity seems to be along {along} of the base"
+        return Reading((Finding(problem, f"gravity is taken to be along {along}"),), gravity=(x, y, z))
+    return _compare_frame(varied @ described, forces, whole)
+
+
+def _compare_frame(expected: Array, forces: Array, whole: float) -> Reading:
+    """Compares forces, shape (N, 3), with those of a sensor that is rotated in its mounting."""
+    U, S, Vt = np.linalg.svd(forces.T @ expected)
+    R = Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ U.T  # from the sensor's frame to the tip's
+    turned = forces @ R.T
+    mass = float(np.sum(turned * expected) / max(np.sum(expected**2), 1e-30))
+    left = float(np.sum((turned - mass * expected) ** 2)) / max(whole, 1e-30)
+    angle = np.arccos(np.clip(0.5 * (np.trace(R) - 1.0), -1.0, 1.0))
+    if 1.0 - left < _EXPLAINED or angle < _TURNED or S[1] < _JUDGED * S[0]:
+        return Reading()
+    axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    if np.linalg.norm(axis) < 1e-6:  # a rotation by half a turn
+        axis = np.linalg.eigh(R)[1][:, -1]
+    words = (
+        f"turned by {np.degrees(angle):.0f} deg about {describe_direction(axis / np.linalg.norm(axis))} of the tip"
+    )
+    return Reading((Finding(f"the sensor seems to be {words}", f"the sensor is taken to be {words}"),), rotation=R)
+
+
+def describe_direction(direction: Array) -> str:
+    """Names the axis along which a unit vector points, or lists the vector's components."""
+    along = _AXES @ direction
+    if along.max() > _ALONG:
+        return _AXIS_NAMES[int(along.argmax())]
+    return f"({', '.join(f'{value:.2f}' for value in direction)})"
+
+
+def list_problems(reading: Reading, runs: Sequence[Run]) -> Iterator[str]:
+    """Lists the differences from the description, one sentence each, with the option that corrects them."""
+    for finding in reading.findings:
+        yield f"{runs[0].source}: {finding.problem} (--as-found corrects for this)"
+
+
+def list_remedies(reading: Reading) -> Iterator[str]:
+    """Lists the corrections that --as-found made, one sentence each."""
+    for finding in reading.findings:
+        yield f"as found, not as described: {finding.remedy}"

@@ -1,0 +1,238 @@
+"""Evidence of a loaded run: its samples, with the empty arm subtracted or modelled.
+
+Every analysis (repeated motion, fitted arm, arm's file, wrist sensor) builds an ``Evidence``. Inference uses nothing
+else.
+"""
+
+import itertools
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.extensions.payload.evidence.joint_statistics import (
+    SIGNAL,
+    ChannelSamples,
+    JointStatistics,
+    compute_statistics,
+)
+from affordance.extensions.payload.evidence.rest_errors import estimate_variance_at_rest
+from affordance.extensions.payload.recording.preparation import PreparedRun
+from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run
+from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.serial_chain import ChainDynamics, SerialChain
+
+# Degrees of freedom that the fit removes from the residual: ten shared by all channels, and those of each channel's
+# friction.
+_SHARED, _OWN = 10.0, 3.0
+# Lower bound of the residual degrees of freedom, unless there are even fewer samples.
+_FEWEST = 2.0
+# Ratio of moment offsets to force offsets of a wrist sensor, [m], from the lever arms of its forces.
+MOMENT_SHARE = 0.1
+
+
+class ErrorModel(NamedTuple):
+    """Prior knowledge about a run's errors."""
+
+    alike: float  # number of neighbouring samples that the filter correlates; 1 if none
+    correlated: bool  # True if errors may be correlated over longer times
+    least_variance: Array  # lower bound of the long-run variance from earlier runs, shape (C,), [signal unit squared]
+    # Groups of channels with errors of similar size, if the arm was held at rest in a few postures; empty if it
+    # moved.
+    alike_at_rest: tuple[slice, ...] = ()
+
+    def can_estimate(self, statistics: JointStatistics) -> bool:
+        """Returns whether some channel has enough samples to estimate its errors from the residual."""
+        return bool((statistics.counts > _count_fitted(statistics)).any())
+
+    def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
+        """Estimates the long-run variance of each channel's error from the residual w^T z, w (C, 26); shape (C,).
+
+        The estimate is the sum of the squared block sums of the residual divided by the number of samples, that is,
+        the variance of one sample times the number of samples that share its error. It is at least the variance with
+        correlation by the filter alone, and at least that of earlier runs. A channel with no more independent samples
+        than fitted unknowns has an uninformative residual, so its whole signal may be error. At rest the errors of
+        postures are independent but few: see ``estimate_variance_at_rest``.
+        """
+        if self.alike_at_rest:
+            estimate = estimate_variance_at_rest(statistics, weights, self.alike_at_rest)
+            return np.where(statistics.counts > 0, np.maximum(estimate, self.least_variance), 1.0)
+        count = np.maximum(statistics.counts, 1.0)
+        fitted = _count_fitted(statistics)
+        all_of_it = statistics.products[:, SIGNAL, SIGNAL]
+        squares = np.where(count > fitted * self.alike, statistics.sum_squares(weights), all_of_it)
+        single = np.maximum(squares / count, np.finfo(float).tiny)
+        variance = single * self.alike
+        if self.correlated:
+            variance = np.maximum(variance, statistics.sum_block_squares(weights) / count)
+        independent = count * single / variance
+        variance = variance * independent / np.maximum(independent - fitted, np.minimum(independent, _FEWEST))
+        return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
+
+    def count_freedom(self, statistics: JointStatistics) -> Array:
+        """Counts the degrees of freedom of each channel's estimated variance, (C,): blocks less fitted unknowns."""
+        count = np.maximum(statistics.counts, 1.0)
+        errors = count / (statistics.block_length if self.correlated else self.alike)
+        return np.maximum(errors - _count_fitted(statistics), np.minimum(errors, _FEWEST))
+
+
+def _count_fitted(statistics: JointStatistics) -> float:
+    """Returns the number of unknowns that are fitted per channel."""
+    return _OWN + _SHARED / statistics.num_channels
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Samples of a loaded run, with the model of their errors."""
+
+    source: str  # file of the loaded run
+    analysis: str  # treatment of the empty arm, in words
+    kind: SignalKind
+    channel_names: tuple[str, ...]  # names of the joints, or of the components of the wrench
+    prepared: PreparedRun  # evenly spaced samples of the run, with their times, motion and filter
+    rate: float  # sampling rate, [Hz]
+    samples: ChannelSamples  # samples of all channels; the empty arm is subtracted, or modelled by its torque
+    arm_torque: Array  # torque of the arm alone, which determines the sign of the load, shape (N, C), [N m]
+    is_difference: bool  # True if the signal is the load's part alone: that of the empty arm was subtracted
+    # True if the subtracted signal is that of an empty run with the same motion; False if it is that of a model of
+    # the arm.
+    is_repeated: bool = False
+    # Lower bound of the long-run variance from earlier runs, shape (C,), or (1,) for all channels,
+    # [signal unit squared].
+    least_variance: Array = field(default_factory=lambda: np.zeros(1))
+    # Mean of the phantom payload, the apparent load of an empty hand, shape (10,).
+    phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
+    # Covariance of the phantom payload, which includes errors that do not average out, shape (10, 10).
+    phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
+    friction_scale: float = 1.0  # ratio of the friction in the signal to its change between two runs
+    # Standard deviations of the friction that remains after an arm was fitted to other runs, shape (C, 3), in the
+    # signal's unit; None for those of the signal's kind.
+    friction_left: Array | None = None
+    notes: tuple[str, ...] = ()  # findings of the analysis, in words
+
+    def select(self, rows: slice) -> "Evidence":
+        """Returns some rows of the run."""
+        return replace(
+            self,
+            prepared=self.prepared.select(rows),
+            samples=self.samples.select(rows),
+            arm_torque=self.arm_torque[rows],
+        )
+
+    def split(self, length: float) -> list["Evidence"]:
+        """Splits the run into stretches of about the given length, [s]."""
+        num_samples = len(self.prepared.times)
+        parts = max(1, round(num_samples / (length * self.rate)))
+        edges = np.linspace(0, num_samples, parts + 1).astype(int)
+        return [self.select(slice(int(a), int(b))) for a, b in itertools.pairwise(edges)]
+
+    def list_friction_sds(self, settings: IdentificationSettings) -> Array:
+        """Returns prior SDs of Coulomb friction, viscous friction and offset, (C, 3).
+
+        A wrist sensor has offsets only.
+        """
+        if self.friction_left is not None and settings.friction:
+            return self.friction_left
+        sd = self.friction_scale * settings.get_prior(self.kind).friction_sd
+        if self.kind is not SignalKind.WRENCH:
+            return np.full((len(self.channel_names), 3), sd)
+        return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
+
+    def list_change_sds(self, gain: Array, settings: IdentificationSettings) -> tuple[Array, Array]:
+        """Returns SDs of the change of gains since the subtracted run: common and of each channel, (C,) each."""
+        if not self.is_difference:
+            return np.zeros_like(gain), np.zeros_like(gain)
+        prior = settings.get_prior(self.kind)
+        return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
+
+    def build_error_model(self, settings: IdentificationSettings) -> ErrorModel:
+        """Builds the error model of this run."""
+        errors = build_error_model(self.rate, self.prepared.cutoff, self.least_variance, settings)
+        return errors._replace(alike_at_rest=self._list_alike()) if self.is_at_rest else errors
+
+    @property
+    def is_at_rest(self) -> bool:
+        """True if the arm was held in postures and never moved."""
+        return not self.prepared.v.any()
+
+    def _list_alike(self) -> tuple[slice, ...]:
+        """Lists the groups of channels with errors of similar size: forces and moments, or all joints."""
+        return (slice(3), slice(3, 6)) if self.kind is SignalKind.WRENCH else (slice(len(self.channel_names)),)
+
+    def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
+        """Computes the sums over the run."""
+        return compute_statistics(self.samples, max(1, round(settings.block * self.rate)))
+
+    def with_load(self, pi: Array) -> "Evidence":
+        """Returns the evidence with the load signs that a payload causes, pi of shape (10,).
+
+        Load friction is mu |tau| against the motion. In a difference of two runs it is mu (|tau_arm + Y pi| -
+        |tau_arm|), so the load sign s is d times the bracket over Y pi. It lies between -1 and 1, and equals d
+        sign(tau_arm) if the arm's torque is the larger one.
+        """
+        payload = self.samples.Y @ pi
+        total = self.arm_torque + payload
+        if self.is_difference:
+            small = np.abs(payload) < 1e-9
+            share = (np.abs(total) - np.abs(self.arm_torque)) / np.where(small, 1.0, payload)
+            sign = np.where(small, np.sign(self.arm_torque), share)
+        else:
+            sign = np.sign(total)
+        return replace(self, samples=self.samples._replace(load_sign=self.samples.direction * sign))
+
+
+def build_error_model(
+    rate: float, cutoff: float, least_variance: Array, settings: IdentificationSettings
+) -> ErrorModel:
+    """Builds the error model of signals sampled at a rate, [Hz], and low-pass filtered at a cut-off, [Hz]."""
+    alike = max(rate / (2.0 * cutoff), 1.0) if settings.correlated_noise else 1.0
+    return ErrorModel(alike, settings.correlated_noise, least_variance)
+
+
+def build_evidence(
+    robot: SerialChain,
+    source: str,
+    kind: SignalKind,
+    prepared: PreparedRun,
+    settings: IdentificationSettings,
+    *,
+    analysis: str,
+    is_difference: bool,
+    dynamics: ChainDynamics | None = None,
+) -> Evidence:
+    """Builds the evidence of all channels of a run, without the model errors that each analysis adds.
+
+    The signal is the one before a controller's compensation. The dynamics of the motion are computed for joint
+    signals unless they are given. The other arguments become the fields of the same names.
+    """
+    zero = np.zeros_like(prepared.signal)
+    if kind is SignalKind.WRENCH:
+        names: tuple[str, ...] = WRENCH_COLUMNS
+        arm_torque = zero
+        # Forces come first, as in sensor messages.
+        W = robot.compute_wrench_regressors(*prepared.motion)[:, [3, 4, 5, 0, 1, 2]]
+        samples = ChannelSamples(W, zero, zero, zero, zero, prepared.signal, np.ones(zero.shape, dtype=bool))
+    else:
+        _, arm_torque, Y = dynamics or robot.compute_dynamics(*prepared.motion)
+        names = robot.joint_names
+        samples = ChannelSamples.of_joints(
+            Y,
+            prepared.v,
+            prepared.signal,
+            arm_torque=arm_torque,
+            min_speed=settings.min_speed,
+        )
+    return Evidence(source, analysis, kind, names, prepared, prepared.rate, samples, arm_torque, is_difference)
+
+
+def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
+    """Adds the torques that a run's controller subtracted back to its signal, gain of shape (n,); (N, n)."""
+    description, signal = run.description, prepared.signal
+    if description.compensates_arm:
+        signal = signal + gain * robot.compute_arm_torques(*prepared.motion)
+    if description.compensated_payload.any():
+        payload = robot.compute_payload_regressors(*prepared.motion) @ description.compensated_payload
+        signal = signal + gain * payload
+    return signal

@@ -1,0 +1,214 @@
+"""Prediction of what a motion will show of a payload: standard deviations as ``identify`` would state them.
+
+Along a planned motion the columns of the likelihood are known before anything is measured, and the signal is the one
+that the expected body would cause. Everything that identification integrates out is therefore integrated out here
+too: gains, load friction, friction, errors that are correlated in time, and model errors that do not average out.
+Designs that assume white noise neglect these, choose postures of the greatest leverage, and promise more than is
+achieved.
+"""
+
+import enum
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.extensions.payload.evidence.evidence import Evidence, build_evidence
+from affordance.extensions.payload.evidence.gains import Gains, arrange_gains, build_nominal_gains, read_gains
+from affordance.extensions.payload.evidence.joint_statistics import LOAD, NUM_COLUMNS, SIGNAL, JointStatistics
+from affordance.extensions.payload.evidence.model_error import build_phantom_covariance
+from affordance.extensions.payload.evidence.payload_likelihood import PayloadLikelihood
+from affordance.extensions.payload.posterior.log_cholesky import (
+    compute_jacobian,
+    parameters_from_theta,
+    theta_from_parameters,
+)
+from affordance.extensions.payload.posterior.payload_fit import PayloadFit, build_channel_prior
+from affordance.extensions.payload.posterior.solid_prior import SolidPrior
+from affordance.extensions.payload.recording.preparation import PreparedRun
+from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
+from affordance.plant.serial_chain import ChainDynamics, SerialChain
+
+# Errors of joint torques without a measurement: square root of the long-run variance density over the torque limit,
+# [sqrt(s)]. It is .0015 to .006 for a Panda's joints and .0008 to .0013 for those of a UR10e.
+_ERROR = 0.002
+# Number of bodies over which a prediction is averaged, and their relative spread in mass.
+_NUM_BODIES, _MASS_SD = 4, 0.1
+# Finite-difference step of the ten parameters, relative to the body.
+_STEP = 1e-4
+
+
+class Aim(enum.Enum):
+    """Quantity that a motion should determine."""
+
+    MASS = "mass"
+    COM = "com"
+    INERTIA = "inertia"
+    COST = "cost"  # cost of a task with the body
+
+
+class Spread(NamedTuple):
+    """Standard deviations that identification would state after a motion."""
+
+    mass: float  # standard deviation of the mass, [kg]
+    com: float  # standard deviation of the centre of mass, root sum of squares over its coordinates, [m]
+    inertia: float  # standard deviation of the moments of inertia about the centre of mass, likewise, [kg m^2]
+    cost: float  # standard deviation of the cost of a task, in its unit; 0 without a task
+
+    def get(self, aim: Aim) -> float:
+        """Returns the standard deviation of one quantity."""
+        value: float = getattr(self, aim.value)
+        return value
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """Knowledge before the loaded run that determines how well the run will show the payload."""
+
+    robot: SerialChain  # model of the arm, with its mounting
+    gains: Gains  # gains as known before, drift included
+    # Density of each joint's long-run error variance, shape (n,), in the signal's unit squared times seconds: the
+    # variance times the time between samples, which does not depend on the rate.
+    error_density: Array
+    # Log-Cholesky coordinates of bodies that may be held, shape (K, 10); squared deviations are averaged over them.
+    bodies: Array
+    # Covariance of the phantom payload, which does not average out over time, shape (10, 10).
+    floor: Array = field(default_factory=lambda: np.zeros((10, 10)))
+    # Derivative of a task's cost with respect to the ten parameters, shape (10,); zero without a task.
+    slope: Array = field(default_factory=lambda: np.zeros(10))
+    settings: IdentificationSettings = DEFAULT_SETTINGS
+
+    @classmethod
+    def of_load(cls, robot: SerialChain, gains: Gains, error_density: Array, *, mass: float, floor: float) -> Self:
+        """Builds the expectation of a body of about the given mass, [kg], in the hand.
+
+        The floor is the standard deviation of the mass that no time averages out, [kg]. Gains and densities are the
+        attributes.
+        """
+        prior = SolidPrior.for_hand().with_mass(mass, _MASS_SD * mass)
+        bodies = prior.draw_theta(np.random.default_rng(0), _NUM_BODIES)
+        return cls(robot, gains, error_density, bodies, build_phantom_covariance(floor))
+
+    @classmethod
+    def after_run(cls, robot: SerialChain, gains: Gains, fit: PayloadFit, settings: IdentificationSettings) -> Self:
+        """Builds the expectation of the most probable body of a run; gains are those known before it."""
+        density, floor = fit.long_run_variance / fit.evidence.rate, fit.evidence.phantom_covariance
+        return cls(robot, gains, density, fit.mode.theta[None], floor, settings=settings)
+
+    def of_task(self, pi: Array, compute_cost: Callable[[Array], Array]) -> Self:
+        """Returns the expectation of a known body, (10,), with the slope of a task's cost.
+
+        ``compute_cost`` maps parameters (S, 10) to costs (S,). The slope is found by central differences, and is not
+        finite where the cost is not.
+        """
+        step = _STEP * np.linalg.norm(pi)
+        cost = compute_cost(np.concatenate([pi + step * np.eye(10), pi - step * np.eye(10)]))
+        with np.errstate(invalid="ignore"):
+            slope = (cost[:10] - cost[10:]) / (2.0 * step)
+        return replace(self, bodies=theta_from_parameters(pi)[None], slope=slope)
+
+    def build_evidence(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Evidence:
+        """Builds the evidence of a motion, minus an empty run of it, as far as it is known beforehand.
+
+        Load friction has the sign of the mean body's load. The dynamics of the motion are computed if not given.
+        """
+        evidence = build_evidence(
+            self.robot,
+            "planned motion",
+            self.gains.kind,
+            motion,
+            self.settings,
+            analysis="planned",
+            is_difference=True,
+            dynamics=dynamics,
+        )
+        known = replace(
+            evidence,
+            is_repeated=True,
+            least_variance=self.error_density * motion.rate,
+            phantom_covariance=self.floor,
+        )
+        return known.with_load(parameters_from_theta(self.bodies).mean(axis=0))
+
+    def predict(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Spread:
+        """Predicts the standard deviations after a motion; the motion's signal is not used."""
+        evidence = self.build_evidence(motion, dynamics)
+        return self.measure(evidence, evidence.compute_statistics(self.settings))
+
+    @cached_property
+    def _precision(self) -> Array:
+        """Inverse prior covariance of a body whose torques share the gains' common factor, (10, 10)."""
+        return SolidPrior.for_hand().with_common_factor(self.gains.common_sd).precision
+
+    @cached_property
+    def _derivatives(self) -> list[tuple[Array, Array, Array]]:
+        """Parameters of each body, (10,), with their derivatives, (10, 10), and those of its moments, (3, 10).
+
+        Derivatives are with respect to theta; the moments are about the centre of mass.
+        """
+        return [
+            (
+                parameters_from_theta(theta),
+                compute_jacobian(theta),
+                compute_jacobian(np.where(_IS_COM, 0.0, theta))[4:7],
+            )
+            for theta in self.bodies
+        ]
+
+    def measure(self, evidence: Evidence, statistics: JointStatistics) -> Spread:
+        """Computes the standard deviations from the sums over a motion, as root mean squares over the bodies."""
+        prior = build_channel_prior(evidence, self.gains, self.settings)
+        squares = []
+        for pi, D, about in self._derivatives:
+            filled = fill_signal(statistics, self.gains.mean, pi, has_arm=prior.has_arm)
+            likelihood = PayloadLikelihood(filled, prior, evidence.least_variance)
+            H = likelihood.linearise(pi).widen(self.floor).precision
+            C = np.linalg.inv(D.T @ H @ D + self._precision)
+            C[0, 0] += self.gains.common_sd**2
+            squares.append(
+                [
+                    C[0, 0] * pi[0] ** 2,
+                    C[1:4, 1:4].trace(),
+                    (about @ C @ about.T).trace(),
+                    self.slope @ D @ C @ D.T @ self.slope,
+                ]
+            )
+        return Spread(*(float(each) for each in np.sqrt(np.mean(squares, axis=0))))
+
+
+def find_errors(
+    joint_names: tuple[str, ...], tau_max: Array, kind: SignalKind, path: Path | None = None
+) -> tuple[Gains, Array]:
+    """Returns gains and long-run error densities from a file of gains, or typical ones for the torque limits.
+
+    Raises:
+        BadValueError: The file of gains is invalid.
+    """
+    if path is None:
+        return build_nominal_gains(joint_names, kind, DEFAULT_SETTINGS), np.square(_ERROR * tau_max)
+    gains = arrange_gains(read_gains(path), joint_names, path).with_drift(DEFAULT_SETTINGS)
+    return gains, gains.least_variance / DEFAULT_SETTINGS.max_rate
+
+
+_IS_COM = np.isin(np.arange(10), (1, 2, 3))
+
+
+def fill_signal(statistics: JointStatistics, gain: Array, pi: Array, *, has_arm: bool = True) -> JointStatistics:
+    """Returns the sums with the signal that a load would cause without error, at given g and h, shape (n, 2).
+
+    ``has_arm`` is True if the signal contains the arm's torque, and False if that was subtracted.
+    """
+    weights = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
+    weights[:, SIGNAL, SIGNAL] = 0.0
+    load = np.concatenate([[float(has_arm)], pi])
+    weights[:, LOAD, SIGNAL] = (gain[:, :, None] * load).reshape(len(gain), -1)
+    return replace(statistics, products=weights.transpose(0, 2, 1) @ statistics.products @ weights)
+
+
+def format_sd(number: float) -> str:
+    """Formats a standard deviation with two significant digits, without an exponent."""
+    return np.format_float_positional(number, precision=2, fractional=False, trim="-")

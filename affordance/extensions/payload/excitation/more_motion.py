@@ -1,0 +1,135 @@
+"""Benefit of further motion after a run, predicted for a few random motions; none is optimised."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from affordance.extensions.payload.evidence.gains import Gains
+from affordance.extensions.payload.excitation.expectation import Aim, Expectation, Spread, format_sd
+from affordance.extensions.payload.excitation.planned_motion import (
+    FourierFamily,
+    MotionFamily,
+    MotionLimits,
+    PostureFamily,
+    list_times,
+)
+from affordance.extensions.payload.posterior.marginals import COM, MASS, MOMENTS, QUANTITIES
+from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
+from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
+from affordance.plant.serial_chain import SerialChain
+
+_SECONDS = 4.0  # duration of the further motion, [s]
+_POSTURES, _DRAWS = 2, 3  # postures per motion, and motions drawn for each pace
+# Factors of the run's top speed and acceleration, by the description of a motion.
+_PACES = {
+    "slowly through other postures": (1.0, 1.0),
+    "as fast as before, elsewhere": (1.0, 1.0),
+    "faster": (2.0, 4.0),
+}
+# Joint acceleration that arms of any size reach, [rad/s^2], used where the robot's file has no limit.
+USUAL_ACCELERATION = 3.0
+_HELPS = 0.8  # a motion is recommended if it reduces the standard deviation to less than this share
+# Name of each aim, its place among the quantities, and the unit in which it is printed with its factor.
+_AIMS = {
+    Aim.MASS: ("mass", MASS, "g", 1e3),
+    Aim.COM: ("centre of mass", COM, "mm", 1e3),
+    Aim.INERTIA: ("moments of inertia", MOMENTS, "kg m^2", 1.0),
+}
+
+
+def suggest_motion(
+    robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Predicts what four more seconds would bring for the mass, and for the first other quantity not yet seen.
+
+    Yields nothing for a wrist sensor, nor for an arm that is modelled by its file, where an empty run helps more.
+    After a run with a drawing, a picture or a scale, it predicts from the motion alone, and only if that improves on
+    what is known. The arm must have the gravity of the run. Gains are those known before the run, drift included.
+    """
+    fit = belief.fit
+    if fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:
+        return
+    rate = fit.evidence.rate
+    evidence = replace(fit.evidence, least_variance=fit.long_run_variance)
+    expectation = Expectation.after_run(robot, gains, fit, settings)
+    now = expectation.measure(evidence, fit.statistics)
+    rng, times = np.random.default_rng(0), list_times(_SECONDS)
+    found: list[tuple[str, Spread]] = []
+    pace = ""
+    for name, family in _list_families(robot, belief):
+        pace = f"up to {family.limits.v_max.max():.1f} rad/s and {family.limits.vdot_max.max():.1f} rad/s^2"
+        drawn = [family.build(family.draw(rng), times) for _ in range(_DRAWS)]
+        for motion in (each for each in drawn if each is not None):
+            added = expectation.build_evidence(motion).compute_statistics(settings).products
+            total = replace(fit.statistics, products=fit.statistics.products + rate / motion.rate * added)
+            found.append((f"{name} ({pace})", expectation.measure(evidence, total)))
+    if not found:
+        return
+    hidden = [aim for aim in (Aim.COM, Aim.INERTIA) if belief.hidden & set(QUANTITIES[_AIMS[aim][1]])]
+    for aim in (Aim.MASS, *hidden[:1]):
+        name, place, unit, factor = _AIMS[aim]
+        best = int(np.argmin([spread.get(aim) for _, spread in found]))
+        words, least = found[best][0], min(found[best][1].get(aim), now.get(aim))
+        # For the three components together, the root of the sum of their squares.
+        stated = float(np.linalg.norm(belief.marginals.sd[place]))
+        before, alone = now.get(aim), " (from the motion alone, without camera or scale)"
+        if belief.seen is None and belief.reference_mass is None:
+            before, least, alone = stated, least / before * stated, ""  # as in the table
+        elif least >= stated:
+            continue
+        sds = [format_sd(factor * sd) for sd in (before, least)]
+        if least < _HELPS * before:
+            yield (
+                f"{_SECONDS:g} s more, moving {words}, would reduce the SD of the {name} from {sds[0]} to "
+                f"{sds[1]} {unit}{alone}; affordance excite --for {aim.value} designs a motion"
+            )
+        else:
+            yield (
+                f"{_SECONDS:g} s more would hardly help: the best of {len(found)} random motions ({pace}) "
+                f"leaves the SD of the {name} at {sds[1]} (now {sds[0]}) {unit}{alone}"
+            )
+
+
+def suggest_run(belief: PayloadBelief) -> str:
+    """Suggests a recording that would show the mass; an empty text if this run showed it."""
+    evidence = belief.fit.evidence
+    if belief.shows_mass:
+        return ""
+    if evidence.is_at_rest and (evidence.kind is SignalKind.WRENCH or evidence.is_repeated):
+        return "hold more postures, in which the payload has other orientations"
+    if evidence.is_at_rest:
+        return "hold the same postures also with an empty hand (--empty)"
+    if evidence.kind is SignalKind.WRENCH:
+        return "turn the sensor slowly through other postures, also with an empty hand (--empty)"
+    if not evidence.is_difference:
+        return "record the same motion with an empty hand (--empty): the arm's file is too uncertain"
+    if not evidence.is_repeated:
+        return "record the same motion with an empty hand: an arm fitted to other motions is too uncertain"
+    return "move slowly through other postures; affordance excite --for mass designs the motion"
+
+
+def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:
+    """Lists families of motions around the run, within the arm's angle limits; torque limits are not known here."""
+    run = belief.fit.evidence.prepared
+    middle, quarter = run.q.mean(axis=0), np.full(robot.num_joints, 0.5 * np.pi)
+    low, high = robot.limits
+    fastest = np.maximum(np.abs(run.v).max(axis=0), 0.1)
+    hardest = np.maximum(np.abs(run.vdot).max(axis=0), 0.1)
+    # Without a limit in the file, the acceleration of the run itself is possible.
+    known = np.isfinite(robot.acceleration_limits)
+    hardest_allowed = np.where(known, robot.acceleration_limits, np.maximum(USUAL_ACCELERATION, hardest))
+    for words, (speed, acceleration) in _PACES.items():
+        limits = MotionLimits(
+            np.minimum(np.maximum(low, middle - quarter), run.q.min(axis=0)),
+            np.maximum(np.minimum(high, middle + quarter), run.q.max(axis=0)),
+            np.minimum(speed * fastest, robot.velocity_limits),
+            np.minimum(acceleration * hardest, hardest_allowed),
+            np.full(robot.num_joints, np.inf),
+        )
+        yield (
+            words,
+            PostureFamily(robot, limits, _SECONDS, _POSTURES)
+            if "postures" in words
+            else FourierFamily(robot, limits, _SECONDS),
+        )

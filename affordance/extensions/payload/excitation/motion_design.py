@@ -1,0 +1,143 @@
+"""Search for a motion that shows a payload well: the best of many random motions are improved by random changes."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import AffordanceError
+from affordance.extensions.payload.excitation.expectation import Aim, Expectation, Spread
+from affordance.extensions.payload.excitation.planned_motion import Limit, LimitPlace, MotionFamily, list_times
+from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
+from affordance.extensions.payload.recording.preparation import PreparedRun
+from affordance.plant.serial_chain import ChainDynamics
+
+# Number of motions that are drawn, number of the best ones that are improved, and number of changes tried on each.
+# The result of a single start is often a fifth worse than the best of three.
+NUM_DRAWS, NUM_STARTS, NUM_CHANGES = 200, 3, 400
+# First step of a change, its factors after a success and after a failure, and the share of numbers that are changed.
+_STEP, _LONGER, _SHORTER, _CHANGED = 0.5, 1.6, 0.9, 0.2
+_LEAST_STEP = 0.02
+_USED = 0.97  # share of each limit that may be used, as motions are compared at few samples
+_OUTPUT_RATE = 50.0  # [Hz]
+
+# Function of a motion and its dynamics that the search minimises.
+type Score = Callable[[PreparedRun, ChainDynamics], float]
+
+
+class MotionDesign(NamedTuple):
+    """Motion that the search found."""
+
+    motion: PreparedRun  # motion at 50 Hz, without a signal
+    score: float  # score of the motion
+    typical: float  # median score of the random motions
+
+
+class NoMotionError(AffordanceError):
+    """No motion respects the limits.
+
+    Attributes:
+        limit: Limit that most of the motions exceed.
+    """
+
+    def __init__(self, message: str, limit: Limit) -> None:
+        """Stores the message and the limit."""
+        super().__init__(message)
+        self.limit = limit
+
+
+def design_motion(
+    expectation: Expectation,
+    family: MotionFamily,
+    aim: Aim,
+    *,
+    num_draws: int = NUM_DRAWS,
+    num_changes: int = NUM_CHANGES,
+    seed: int = 0,
+) -> tuple[MotionDesign, Spread]:
+    """Designs the motion after which the standard deviation of one quantity is predicted to be least; see ``search``.
+
+    Returns: The motion, and the predicted standard deviations.
+    """
+    bodies = parameters_from_theta(expectation.bodies)
+
+    def score(motion: PreparedRun, dynamics: ChainDynamics) -> float:
+        return expectation.predict(motion, dynamics).get(aim)
+
+    design = search(score, family, bodies, num_draws=num_draws, num_changes=num_changes, seed=seed)
+    return design, expectation.predict(design.motion)
+
+
+def search(
+    score: Score,
+    family: MotionFamily,
+    bodies: Array,
+    *,
+    num_draws: int = NUM_DRAWS,
+    num_changes: int = NUM_CHANGES,
+    seed: int = 0,
+) -> MotionDesign:
+    """Searches for the motion with the least score that respects the limits with every body, shape (K, 10).
+
+    Raises:
+        NoMotionError: None of the random motions respects the limits.
+    """
+    rng = np.random.default_rng(seed)
+    times = list_times(family.duration)
+
+    def judge(numbers: Array) -> float:
+        motion = family.build(numbers, times)
+        if motion is None:
+            return np.inf
+        dynamics = family.robot.compute_dynamics(*motion.motion)
+        if family.limits.compute_excess(family.robot, motion, bodies, dynamics) > _USED:
+            return np.inf
+        return score(motion, dynamics)
+
+    drawn = [family.draw(rng) for _ in range(num_draws)]
+    scores = np.array([judge(numbers) for numbers in drawn])
+    kept = np.isfinite(scores)
+    if not kept.any():
+        raise _explain(family, bodies, drawn, times)
+    starts = np.argsort(scores, kind="stable")[: min(NUM_STARTS, int(kept.sum()))]
+    improved = [_improve(judge, drawn[start], float(scores[start]), num_changes, rng) for start in starts]
+    best, least = min(improved, key=lambda each: each[1])
+    motion = family.build(best, list_times(family.duration, _OUTPUT_RATE))
+    assert motion is not None
+    return MotionDesign(motion, least, float(np.median(scores[kept])))
+
+
+def _explain(family: MotionFamily, bodies: Array, drawn: Sequence[Array], times: Array) -> NoMotionError:
+    """Explains why none of the random motions respects the limits, by the limit that most of them exceed."""
+    built = [motion for numbers in drawn if (motion := family.build(numbers, times)) is not None]
+    shares = [family.limits.measure_shares(family.robot, motion, bodies) for motion in built]
+    worst = [max(each, key=lambda place: each[place]) for each in shares]
+    counts = Counter({LimitPlace(Limit.TIME, ""): len(drawn) - len(built), **Counter(worst)})
+    ((place, _),) = counts.most_common(1)
+    message = f"none of {len(drawn)} motions of {family.duration:g} s respects the limits: most of them "
+    if place.limit is Limit.TIME:
+        return NoMotionError(message + "need more time", place.limit)
+    least = min(each[place] for each, broken in zip(shares, worst, strict=True) if broken == place)
+    if place.limit is Limit.HEIGHT:
+        reason = f"come at least {least - _USED:.2g} m too low"
+    else:
+        reason = f"need at least {least:.2f} times the {place.limit.value} limit of {place.of}"
+    return NoMotionError(message + reason, place.limit)
+
+
+def _improve(
+    judge: Callable[[Array], float], best: Array, least: float, num_changes: int, rng: np.random.Generator
+) -> tuple[Array, float]:
+    """Changes the numbers of a motion at random while its score falls; returns the numbers with their score."""
+    step = _STEP
+    for _ in range(num_changes):
+        changed = rng.uniform(size=best.shape) < _CHANGED
+        other = best + step * changed * rng.standard_normal(best.shape)
+        found = judge(other)
+        if found < least:
+            best, least, step = other, found, min(step * _LONGER, _STEP)
+        else:
+            step = max(step * _SHORTER, _LEAST_STEP)
+    return best, least

@@ -1,0 +1,78 @@
+"""Builds evidence from an identified payload: a run of a real robot with an object seen by a camera."""
+
+from pathlib import Path
+
+import numpy as np
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.exceptions import BadArgumentError, show_text
+from affordance.extensions.memory.felt_models import PayloadQuadratic, pack
+from affordance.extensions.memory.ledger import has_memory, open_memory
+from affordance.extensions.memory.same_colours import SameColours
+from affordance.extensions.memory.trial_evidence import TrialEvidence
+from affordance.extensions.payload.posterior.part_posterior import SeenObject
+from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
+from affordance.extensions.payload.recording.run import Run
+from affordance.objects.inertia import Geometry, build_transform_map
+from affordance.plant.arm import name_robot
+from affordance.plant.serial_chain import SerialChain
+from affordance.vision.prediction import measure_geometry
+
+
+def build_identified_trial(
+    belief: PayloadBelief, seen: SeenObject, robot: SerialChain, run: Run, object_name: str, unseen_share: float
+) -> TrialEvidence:
+    """Builds the evidence of a run with an object that a camera saw, in the object's frame.
+
+    ``unseen_share`` is the standard deviation of the unseen mass divided by the total mass.
+
+    Raises:
+        BadArgumentError: If the payload was identified without a seen object.
+    """
+    if belief.felt is None:
+        raise BadArgumentError("belief", "", "was identified without a seen object, must be identified with one")
+    geometry = measure_geometry(seen.parts, range(len(seen.parts)), len(seen.parts))
+    values, vectors = np.linalg.eigh(unseen_share**2 * seen.unseen)
+    roots = vectors * np.sqrt(np.maximum(values, 0.0))  # for 1 kg; each column is an independent error
+    unseen = roots.T[:, :, None] * geometry.Phi[0]
+    felt = belief.felt.change_frame(build_transform_map(run.description.object_pose))
+    return TrialEvidence(
+        object_name=object_name,
+        parts=tuple(part.appearance for part in seen.parts),
+        geometry=Geometry(geometry.Phi, np.concatenate([geometry.Phi_errors, unseen])),
+        model=PayloadQuadratic(),
+        features=pack(felt),
+        num_samples=len(run.q),
+        num_joints=len(robot.joint_names),
+        robot=name_robot(Path(robot.source), robot.tip),
+        fingerprint=robot.fingerprint,
+        p_value=1.0 if belief.p_value is None else belief.p_value,
+        source=show_text(Path(run.source).name),
+        source_hash=run.fingerprint,
+    )
+
+
+def teach(
+    place: str,
+    trial: TrialEvidence,
+    prior: Prior,
+    *,
+    known: str = "",
+    same_colours: SameColours = (),
+) -> tuple[MaterialMemory, bool]:
+    """Adds a trial to a lasting memory; returns the resulting belief, and True if the trial was new.
+
+    Args:
+        place: Path of the memory that learns.
+        trial: Evidence of the run.
+        prior: Prior of materials that were never felt.
+        known: Path of another memory, which is merged into the first if it exists; may be empty.
+        same_colours: Pairs of colours to treat as one; the second of each is read as the first.
+    """
+    with open_memory(place) as ledger:
+        if known and has_memory(known):
+            with open_memory(known) as before:
+                ledger.merge(before)
+        is_new = ledger.append([trial]) > 0
+        return ledger.recall(prior=prior, same_colours=same_colours), is_new

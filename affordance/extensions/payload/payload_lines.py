@@ -1,0 +1,94 @@
+"""Lines that set a payload on the controllers of robots, each in its maker's units and order.
+
+Syntax and units follow these documents. No line was tried on a controller, and other versions may differ:
+
+- Universal Robots: URScript manual (SW 10.6), set_target_payload: moments about the centre of mass, along the axes of
+  the flange; kg, m, kg m^2, and a transition time, s.
+- Franka: libfranka, franka::Robot::setLoad: in the flange frame, the matrix by columns; kg, m, kg m^2.
+- UFACTORY: xArm-Python-SDK, doc/api/xarm_api.md, set_tcp_load: kg, mm; no moments.
+- Doosan: Doosan Robotics API manual, set_workpiece_weight: kg, mm, and the frame; no moments.
+- KUKA: units and axes as in operating instructions MA KR IONTEC V4 (2021), "Load center of gravity and mass moment of
+  inertia": kg, mm, deg about z, the new y, the new x, and kg m^2 about principal axes; the syntax of $LOAD is that of
+  System Variables for KSS 8.1 to 8.4.
+- ROS 2: ur_msgs/srv/SetPayload with mass and center_of_gravity (its newest version has geometry_msgs/Inertia and a
+  transition time instead), franka_msgs/srv/SetLoad of franka_ros2; kg, m, kg m^2.
+"""
+
+import numpy as np
+import scipy
+
+from affordance.arrays import Array, build_symmetric, list_entries
+from affordance.exceptions import show_value
+from affordance.extensions.payload.payload_formats import PayloadSetting
+
+_MOMENTS = 9  # number of decimals of moments, [kg m^2]
+_TRANSITION = 0.5  # time in which a UR's controller changes to the new payload, so that the arm does not jump, [s]
+
+
+def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
+    """Writes the lines that set a payload, by robot.
+
+    Each line names the frame, and says what the run did not show. Moments that a line needs but the run did not show
+    are those of a point mass.
+    """
+    m, centre = payload.mass, payload.centre_of_mass
+    matrix = np.zeros((3, 3)) if payload.inertia is None else build_symmetric(payload.inertia)
+    xx, yy, zz, xy, xz, yz = list_entries(matrix)
+    # The name may come from a stranger's robot file. In Python's notation it cannot end a line or a comment.
+    mark = f"in the frame {show_value(frame)}{'; centre of mass not seen' if payload.is_centre_guessed else ''}"
+    point = mark if payload.inertia is not None else f"{mark}; moments not seen: a point mass"
+    mass, metres, millimetres = f"{m:.4f}", _list(centre, 5), _list(1e3 * centre, 2)
+    six, nine = _list((xx, yy, zz, xy, xz, yz), _MOMENTS), _list(matrix.T.ravel(), _MOMENTS)
+    x, y, z = (show_number(value, 5) for value in centre)
+    of_ur = "/io_and_status_controller/set_payload ur_msgs/srv/SetPayload"
+    of_franka = "/service_server/set_load franka_msgs/srv/SetLoad"
+    return {
+        "Universal Robots (URScript)": f"set_target_payload({mass}, [{metres}], [{six}], {_TRANSITION:g})  # {point}",
+        "Franka (libfranka)": f"robot.setLoad({mass}, {{{{{metres}}}}}, {{{{{nine}}}}});  // {point}",
+        "UFACTORY xArm (Python)": f"arm.set_tcp_load({mass}, [{millimetres}])  # mm, {mark}",
+        "Doosan (DRL)": f"set_workpiece_weight({mass}, [{millimetres}], DR_FLANGE, DR_REPLACE)  # mm, {mark}",
+        "KUKA (KRL)": f"{_format_krl(mass, millimetres, matrix)}  ; mm, deg, {point}",
+        "ROS 2 (ur_robot_driver)": (
+            f"ros2 service call {of_ur} '{{mass: {mass}, center_of_gravity: {{x: {x}, y: {y}, z: {z}}}}}'  # {mark}"
+        ),
+        "ROS 2 (franka_ros2)": (
+            f"ros2 service call {of_franka} '{{mass: {mass}, center_of_mass: [{metres}], load_inertia: [{nine}]}}'"
+            f"  # {point}"
+        ),
+        "URDF": (
+            f'<inertial><mass value="{mass}"/><origin xyz="{x} {y} {z}"/>'
+            f'<inertia ixx="{xx:.6g}" iyy="{yy:.6g}" izz="{zz:.6g}" ixy="{xy:.6g}" ixz="{xz:.6g}" iyz="{yz:.6g}"/>'
+            f"</inertial>  <!-- {point.replace('--', '- -')} -->"
+        ),
+        "Drake (Python)": (
+            f"SpatialInertia.MakeFromCentralInertia({m:.6g}, [{metres}], RotationalInertia("
+            f"{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}))  # {point}"
+        ),
+    }
+
+
+def show_number(value: float, digits: int) -> str:
+    """Formats a number with at most ``digits`` decimals, without an exponent; zero as 0."""
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def _list(values: Array | tuple[float, ...], digits: int) -> str:
+    return ", ".join(show_number(float(value), digits) for value in values)
+
+
+def _format_krl(mass: str, millimetres: str, matrix: Array) -> str:
+    """Formats a value of $LOAD: principal moments about axes that A, B, C rotate about z, the new y, the new x."""
+    moments, axes = np.linalg.eigh(matrix)
+    axes = axes * np.linalg.det(axes)  # right-handed
+    angles = scipy.spatial.transform.Rotation.from_matrix(axes).as_euler("ZYX", degrees=True)
+    turned = angles if moments.any() else np.zeros(3)
+    place, turn, about = (
+        ",".join(f"{name} {value}" for name, value in zip(names, values, strict=True))
+        for names, values in (
+            ("XYZ", millimetres.split(", ")),
+            ("ABC", [show_number(float(angle), 2) for angle in turned]),
+            ("XYZ", [show_number(float(moment), _MOMENTS) for moment in moments]),
+        )
+    )
+    return f"$LOAD={{M {mass},CM {{{place},{turn}}},J {{{about}}}}}"

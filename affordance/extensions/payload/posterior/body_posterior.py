@@ -1,0 +1,303 @@
+"""Posterior of a held body that no camera has seen: its mode, and weighted samples around it.
+
+Every sample is a physically consistent body. Weights are exact: the posterior density, with gains and friction
+integrated out, divided by the density of the proposal.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.belief.likelihood import Quadratic
+from affordance.extensions.payload.evidence.body_likelihood import BodyLikelihood
+from affordance.extensions.payload.evidence.payload_likelihood import PayloadLikelihood
+from affordance.extensions.payload.posterior.body_proposal import Proposal
+from affordance.extensions.payload.posterior.log_cholesky import (
+    compute_jacobian,
+    parameters_from_theta,
+    theta_from_parameters,
+    thicken,
+)
+from affordance.extensions.payload.posterior.solid_prior import Normals, SolidPrior
+from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
+
+# Sufficient effective sample size, as a share of the samples: computed from the weights when the proposal is
+# refitted, and for the worst parameter at the end.
+_ENOUGH = 0.2
+# Number of samples from which the proposal is refitted to the posterior, largest number of refits, and effective
+# size, as a share of these samples, at which refitting stops.
+_ADAPTING, _MAX_REFITS, _GOOD = 4000, 4, 0.6
+# Negligible weight: bodies this far out may be too thin for the arithmetic.
+_FAINT = 1e-100
+# Number of random-walk moves of each sample in a round, and the step and acceptance rate that are optimal in ten
+# dimensions: 2.38 over the square root of 10, and .234 (Roberts, Gelman & Gilks 1997). Where the distribution is
+# curved, the step that gives this rate is smaller.
+_NUM_MOVES, _WALK, _ACCEPTED = 6, 0.75, 0.234
+# Sufficient number of accepted moves of each sample in an intermediate distribution. In the posterior itself, rounds
+# continue until samples have forgotten where they began: largest correlation before and after, and number of rounds.
+_MOVED, _FORGOTTEN, _MAX_ROUNDS = 3.0, 0.1, 60
+# Number of Gauss-Newton steps between linearisations of the likelihood.
+_STEPS_A_ROUND = 5
+# Gain of the log density at which the search for a mode stops, for a fit and for a proposal.
+_TOLERANCE, _ROUGH = 1e-8, 0.1
+_LONGEST_STEP = 5.0
+# Least eigenvalue of a guessed pseudo-inertia, as a share of the largest one.
+_LEAST_SHARE = 1e-3
+
+
+class Mode(NamedTuple):
+    """Most probable body."""
+
+    theta: Array  # log-Cholesky coordinates, shape (10,)
+    covariance: Array  # covariance of theta from the curvature at the mode, shape (10, 10)
+    pi: Array  # ten inertial parameters, shape (10,)
+    load: Array  # most probable load: pi plus the phantom payload of model errors, shape (10,)
+
+
+class WeightedBodies(NamedTuple):
+    """Weighted samples of a posterior."""
+
+    pi: Array  # ten parameters of each sample, shape (N, 10)
+    weights: Array  # weights of the samples, shape (N,); their sum is one
+    # Index of the sample from which each sample descends, shape (N,); its own index without resampling.
+    ancestors: NDArray[np.intp]
+
+    @property
+    def effective_size(self) -> float:
+        """Number of independent samples that would estimate the mean of the worst of the ten parameters equally well.
+
+        The variance of a weighted mean is estimated from sums over the samples with a common ancestor, which may be
+        correlated (Lee & Whiteley 2018, Variance estimation in the particle filter).
+        """
+        away = (self.pi - self.weights @ self.pi) * self.weights[:, None]
+        sums = np.zeros_like(away)
+        np.add.at(sums, self.ancestors, away)
+        variance = self.weights @ (self.pi - self.weights @ self.pi) ** 2
+        # The scatter over few ancestors is unreliable, so the number of ancestors is an upper bound.
+        most = float(len(np.unique(self.ancestors)))
+        return min(most, float((variance / np.maximum((sums**2).sum(axis=0), np.finfo(float).tiny)).min()))
+
+
+def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:
+    """Improves theta, (10,), with the likelihood approximated by a quadratic at a load, (10,)."""
+    quadratic = likelihood.linearise(load)
+    phantom = likelihood.prior.phantom_covariance
+    theta, covariance = _climb(quadratic.widen(phantom), prior.mean, prior.precision, theta, _TOLERANCE)
+    pi = parameters_from_theta(theta)
+    return Mode(theta, covariance, pi, quadratic.find_load(pi, phantom))
+
+
+def measure_step(step: Array, mode: Mode) -> float:
+    """Computes the squared length of a step in posterior standard deviations, as theta has no common unit."""
+    return float(step @ np.linalg.solve(mode.covariance, step))
+
+
+def draw_bodies(
+    likelihood: PayloadLikelihood, prior: SolidPrior, mode: Mode, rng: np.random.Generator, num_samples: int
+) -> WeightedBodies:
+    """Draws weighted samples of the posterior.
+
+    The proposal has a component at the mode for each kind of solid, and is refitted to its own samples while their
+    effective size is too small. The strongly curved posteriors of bodies that a run hardly constrains are sampled by
+    annealed sequential Monte Carlo: every sample is moved in a sequence of intermediate distributions (Del Moral,
+    Doucet & Jasra 2006). Samples that have forgotten where they began count as independent. The scatter over seeds
+    shows that they are worth a third to a half of their number.
+    """
+    of_body = BodyLikelihood(likelihood, mode.load)
+
+    def compare(proposal: Proposal, theta: Array, normals: Array) -> tuple[Array, Array]:
+        """Returns the log density of the proposal, and the excess of the posterior's log density over it."""
+        log_prior = prior.compute_log_density(theta)
+        log_proposals = proposal.compute_log_density(theta, log_prior)
+        return log_proposals, of_body.compute(parameters_from_theta(theta), normals) + log_prior - log_proposals
+
+    def weigh(proposal: Proposal, count: int) -> tuple[Array, Array, Array, WeightedBodies]:
+        theta = proposal.draw(rng, count)
+        normals = of_body.draw_normals(rng, count)
+        _, log_ratios = compare(proposal, theta, normals)
+        return theta, normals, log_ratios, _weigh(theta, log_ratios)
+
+    proposal = _propose(of_body, prior, mode)
+    few = min(num_samples, _ADAPTING)
+    for _ in range(_MAX_REFITS):
+        theta, _, _, bodies = weigh(proposal, few)
+        if num_samples == few and _count(bodies) >= _ENOUGH * few:
+            return bodies
+        if _count(bodies) >= _GOOD * few:
+            break
+        proposal = proposal.refit(theta, bodies.weights)
+    theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
+    for _ in range(_MAX_REFITS):
+        # A few heavy samples, on which the interval of a single parameter depends, carry little of the total weight.
+        # The last draw is used whatever its weights: choosing the best of several would favour draws that missed the
+        # heavy samples.
+        if num_samples == few or bodies.effective_size >= _ENOUGH * num_samples:
+            break
+        proposal = proposal.refit(theta, bodies.weights)
+        theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
+    if _count(bodies) >= _ENOUGH * few:
+        return bodies
+    # Moving many samples takes seconds, so fewer are drawn anew: the samples are sorted by kind, so that the first
+    # few are not a random sample.
+    if num_samples > few:
+        theta, normals, log_ratios, _ = weigh(proposal, few)
+    exponent, ancestors, equal = 0.0, np.arange(few), np.full(few, 1.0 / few)
+    walk = _WALK
+    while exponent < 1.0:
+        step = _find_step(log_ratios, 1.0 - exponent, few)
+        exponent += step
+        weights = normalise(step * log_ratios)
+        chosen = _resample(weights, rng)
+        centre = weights @ theta
+        root = np.linalg.cholesky((theta - centre).T * weights @ (theta - centre) + 1e-9 * proposal.covariance)
+        theta, normals, log_ratios, ancestors = theta[chosen], normals[chosen], log_ratios[chosen], ancestors[chosen]
+        log_proposals = proposal.compute_log_density(theta, prior.compute_log_density(theta))
+        num_moved, start = 0.0, parameters_from_theta(theta)
+        for _ in range(_MAX_ROUNDS):
+            for _ in range(_NUM_MOVES):
+                moved = theta + walk * rng.standard_normal(theta.shape) @ root.T
+                # Phantoms move in proportion: a new phantom for each body would be noise that no small step reduces.
+                moved_normals = np.sqrt(1.0 - walk**2) * normals + walk * of_body.draw_normals(rng, few)
+                moved_proposals, moved_ratios = compare(proposal, moved, moved_normals)
+                gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
+                accepted = np.log(rng.random(few)) < gain
+                theta[accepted], normals[accepted] = moved[accepted], moved_normals[accepted]
+                log_ratios[accepted] = moved_ratios[accepted]
+                log_proposals[accepted] = moved_proposals[accepted]
+                share = float(accepted.mean())
+                num_moved += share
+                walk = min(walk * np.exp(share - _ACCEPTED), _WALK)
+            if _correlate(start, parameters_from_theta(theta)) < _FORGOTTEN:
+                ancestors = np.arange(few)
+                break
+            if exponent < 1.0 and num_moved >= _MOVED:
+                break
+    return WeightedBodies(parameters_from_theta(theta), equal, ancestors)
+
+
+def spread_bodies(
+    bodies: WeightedBodies,
+    likelihoods: Sequence[PayloadLikelihood],
+    prior: SolidPrior,
+    mode: Mode,
+    rng: np.random.Generator,
+) -> WeightedBodies:
+    """Spreads the samples of a posterior over several likelihoods with different error variances.
+
+    Each sample is assigned to a random one of the likelihoods, and moved as the normal (Laplace) approximation about
+    the mode moves: from one most probable body to the other, scaled by the roots of both covariances. What the run
+    does not show stays as it is.
+    """
+    theta = theta_from_parameters(thicken(bodies.pi))
+    away = np.linalg.solve(np.linalg.cholesky(mode.covariance), (theta - mode.theta).T).T
+    group = rng.permutation(np.arange(len(theta)) % len(likelihoods))
+    for number, likelihood in enumerate(likelihoods):
+        quadratic = likelihood.linearise(mode.load).widen(likelihood.prior.phantom_covariance)
+        centre, covariance = _climb(quadratic, prior.mean, prior.precision, mode.theta, _ROUGH)
+        rows = group == number
+        theta[rows] = centre + away[rows] @ np.linalg.cholesky(covariance).T
+    return bodies._replace(pi=thicken(parameters_from_theta(theta)))
+
+
+def _correlate(before: Array, after: Array) -> float:
+    """Computes the largest correlation of a parameter, shape (N, 10), over samples before and after moves."""
+    away, later = before - before.mean(axis=0), after - after.mean(axis=0)
+    scale = np.sqrt((away**2).sum(axis=0) * (later**2).sum(axis=0))
+    return float(((away * later).sum(axis=0) / np.maximum(scale, np.finfo(float).tiny)).max())
+
+
+def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal:
+    """Builds a proposal with a component at the mode for each kind of solid, by Laplace's approximation."""
+    quadratic = of_body.of_body
+    means, precisions = prior.kinds.means, prior.kinds.precisions
+    modes = [_climb(quadratic, *kind, mode.theta, _ROUGH) for kind in zip(means, precisions, strict=True)]
+    kinds = Normals(*(np.array(each) for each in zip(*modes, strict=True)))
+    log_prior = np.diagonal(prior.compute_log_densities(kinds.means))
+    log_evidence = quadratic.evaluate(parameters_from_theta(kinds.means)) + log_prior - kinds.log_scales
+    return Proposal.build(kinds, log_evidence, prior)
+
+
+def normalise(log_weights: Array) -> Array:
+    """Computes weights that sum to one."""
+    weights = np.exp(log_weights - log_weights.max())
+    normalised: Array = weights / weights.sum()
+    return normalised
+
+
+def _count(bodies: WeightedBodies) -> float:
+    """Computes the effective number of samples from their weights alone."""
+    return float(1.0 / np.sum(bodies.weights**2))
+
+
+def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
+    weights = normalise(log_weights)
+    theta = np.where(weights[:, None] < _FAINT, theta[np.argmax(weights)], theta)
+    return WeightedBodies(parameters_from_theta(theta), weights, np.arange(len(theta)))
+
+
+def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
+    """Finds the largest step of the exponent, up to ``most``, that keeps the effective size at half the samples."""
+
+    def count(step: float) -> float:
+        return float(1.0 / np.sum(normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
+
+    return most if count(most) >= 0.0 else float(scipy.optimize.brentq(count, 0.0, most))
+
+
+def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Draws indices of samples by systematic resampling."""
+    positions = (rng.random() + np.arange(len(weights))) / len(weights)
+    return np.minimum(np.searchsorted(np.cumsum(weights), positions), len(weights) - 1)
+
+
+def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
+    """Guesses theta, (10,), from the mean of a normal posterior of the parameters, made physically consistent."""
+    pi = parameters_from_theta(prior.mean)
+    D = compute_jacobian(prior.mean)
+    quadratic = likelihood.linearise(pi)
+    spread = D @ prior.covariance @ D.T
+    quadratic = quadratic.widen(likelihood.prior.phantom_covariance)
+    spread[0, 0] += pi[0] ** 2  # the mass may be many times its prior mean, as its logarithm is normal
+    pi = np.linalg.solve(
+        np.linalg.inv(spread) + quadratic.precision, np.linalg.solve(spread, pi) + quadratic.information
+    )
+    J = pseudo_inertia_from_parameters(pi)
+    values, vectors = np.linalg.eigh(J)
+    J = vectors * np.maximum(values, _LEAST_SHARE * np.abs(values).max()) @ vectors.T
+    return theta_from_parameters(parameters_from_pseudo_inertia(J))
+
+
+def _climb(
+    quadratic: Quadratic, mean: Array, precision: Array, theta: Array, tolerance: float
+) -> tuple[Array, Array]:
+    """Finds the most probable theta under a quadratic likelihood and a normal prior, and its covariance."""
+    H, b = quadratic.precision, quadratic.information
+
+    def evaluate(theta: Array) -> tuple[float, Array]:
+        pi, away = parameters_from_theta(theta), theta - mean
+        return float(0.5 * pi @ H @ pi - b @ pi + 0.5 * away @ precision @ away), pi
+
+    cost, pi = evaluate(theta)
+    damping = 1e-3
+    for _ in range(_STEPS_A_ROUND):
+        D = compute_jacobian(theta, pi)
+        A = D.T @ H @ D + precision
+        gradient = D.T @ (H @ pi - b) + precision @ (theta - mean)
+        before = cost
+        for _ in range(20):
+            step = np.linalg.solve(A + np.diag(damping * A.diagonal()), gradient)
+            # Longer steps overflow before they help.
+            new_cost, new_pi = evaluate(theta - step) if np.abs(step).max() < _LONGEST_STEP else (np.inf, pi)
+            if new_cost <= cost:
+                theta, cost, pi, damping = theta - step, new_cost, new_pi, 0.2 * damping
+                break
+            damping *= 4.0
+        if before - cost < tolerance:
+            break
+    D = compute_jacobian(theta, pi)
+    covariance = np.linalg.inv(D.T @ H @ D + precision)
+    return theta, 0.5 * (covariance + covariance.T)

@@ -1,0 +1,162 @@
+"""Fit of a run: the most probable payload and the noise variance, alternately, to a fixed point."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import chdtri
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.extensions.payload.evidence.evidence import ErrorModel, Evidence
+from affordance.extensions.payload.evidence.gains import Gains
+from affordance.extensions.payload.evidence.joint_statistics import SIGNAL, JointStatistics
+from affordance.extensions.payload.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.extensions.payload.posterior.body_posterior import Mode, guess_theta, improve_mode, measure_step
+from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
+from affordance.extensions.payload.posterior.solid_prior import SolidPrior
+from affordance.extensions.payload.settings import IdentificationSettings
+
+# Number of draws of the error variances over which a posterior is averaged.
+_NUM_VARIANTS = 8
+_MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
+# Tolerances of a relative change of a variance, and of a change of the body in squared standard deviations.
+_VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
+
+
+class PayloadFit(NamedTuple):
+    """Fit of a run."""
+
+    evidence: Evidence  # evidence of the run, with the load signs of the fitted payload
+    statistics: JointStatistics  # sums over the evidence
+    likelihood: PayloadLikelihood  # likelihood of the ten parameters
+    mode: Mode  # most probable body
+    long_run_variance: Array  # long-run variance of each channel, shape (C,)
+    weights: Array  # weights w of the residual w^T z, shape (C, 26)
+
+
+def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
+    """Builds the prior of all unknowns but the payload, from gains that include drift."""
+    friction_sd = evidence.list_friction_sds(settings)
+    # Calibrated friction does not apply if another run was subtracted.
+    carried = None if evidence.is_difference or not settings.friction else gains.friction_sd
+    return ChannelPrior(
+        gains.mean,
+        gains.covariance,
+        np.zeros_like(friction_sd) if carried is None else gains.friction,
+        friction_sd if carried is None else carried,
+        evidence.phantom,
+        evidence.phantom_covariance,
+        not evidence.is_difference,
+        *evidence.list_change_sds(gains.mean[:, 0], settings),
+    )
+
+
+def fit_payload(
+    evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
+) -> PayloadFit:
+    """Fits the most probable body, the noise variances, and the load signs that this body causes.
+
+    Raises:
+        BadValueError: No joint moves fast enough for a sample to be used.
+    """
+    errors = evidence.build_error_model(settings)
+    statistics = evidence.compute_statistics(settings)
+    if not statistics.counts.any():
+        problem = (
+            f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no certain direction"
+        )
+        raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
+    likelihood, mode, variance, weights = fit_statistics(statistics, errors, prior, solid)
+    for _ in range(_MAX_SIGN_PASSES):
+        signs, evidence = evidence.samples.load_sign, evidence.with_load(mode.load)
+        if np.array_equal(signs, evidence.samples.load_sign):
+            break
+        statistics = evidence.compute_statistics(settings)
+        previous = variance
+        likelihood, mode, variance, weights = fit_statistics(statistics, errors, prior, solid, mode.theta)
+        if np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE:
+            break
+    return PayloadFit(evidence, statistics, likelihood, mode, variance, weights)
+
+
+def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[PayloadLikelihood]:
+    """Builds likelihoods with error variances drawn from their uncertainty after the run.
+
+    A variance that was estimated from n errors is its estimate times n over a chi-squared variable with n degrees of
+    freedom. Each channel takes each quantile of it once, in a random order of its own (a Latin hypercube). Fewer than
+    one error counts as one, because quantiles would be unbounded.
+    """
+    freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics), 1.0)
+    middles = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
+    rng = np.random.default_rng(0)
+    quantiles = np.array([rng.permutation(chdtri(each, middles)) for each in freedom])
+    factors = freedom[:, None] / quantiles
+    return [
+        PayloadLikelihood(fit.statistics, fit.likelihood.prior, fit.long_run_variance * each) for each in factors.T
+    ]
+
+
+def add_friction_error(
+    evidence: Evidence, gains: Gains, solid: SolidPrior, settings: IdentificationSettings
+) -> Evidence:
+    """Adds errors of the friction model, which do not average out, to a pair's evidence as a phantom payload.
+
+    No model of friction is right. One standard deviation of a joint's error is taken to be the whole effect of its
+    friction: the change of the most probable load if the joint is assumed to have none. Joints err independently.
+
+    Nothing is added unless a motion was repeated: errors of a fitted arm are measured and include those of its
+    friction, and without friction an arm as in its file would make no sense. Nor is anything added if the gains come
+    from the arm's own weight: without friction they would differ, so that the change of the load would be due to the
+    gains, and as large as the load. The returned evidence has the load signs of the payload that fits without these
+    errors, as a start for the next fit.
+    """
+    if evidence.is_at_rest:  # friction has no direction at rest, and its errors are part of the residual
+        return evidence
+    if not (evidence.is_repeated and settings.floor and settings.friction) or gains.is_by_weight:
+        return evidence
+    prior = build_channel_prior(evidence, gains, settings)
+    fit = fit_payload(evidence, prior, solid, settings)
+    errors = evidence.build_error_model(settings)
+    covariance = evidence.phantom_covariance
+    for joint in range(len(prior.friction_sd)):
+        friction_sd = prior.friction_sd.copy()
+        friction_sd[joint] = 0.0
+        without = replace(prior, friction_sd=friction_sd)
+        _, mode, *_ = fit_statistics(fit.statistics, errors, without, solid, fit.mode.theta)
+        change = mode.load - fit.mode.load
+        covariance = covariance + np.outer(change, change)
+    return replace(fit.evidence, phantom_covariance=covariance)
+
+
+def fit_statistics(
+    statistics: JointStatistics,
+    errors: ErrorModel,
+    prior: ChannelPrior,
+    solid: SolidPrior,
+    start: Array | None = None,
+    max_iterations: int = _MAX_ITERATIONS,
+) -> tuple[PayloadLikelihood, Mode, Array, Array]:
+    """Fits the most probable body and the noise variances, alternately, to a fixed point.
+
+    The iteration starts from the theta ``start`` or, if that is None, from a guess.
+
+    Returns: Likelihood, most probable body, long-run variance of each channel, and weights of the residual.
+    """
+    # Initially a tenth of the signal is taken as error, correlated by the filter alone.
+    square = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
+    least = np.maximum(errors.least_variance, np.finfo(float).tiny)
+    likelihood = PayloadLikelihood(statistics, prior, np.maximum(0.01 * square * errors.alike, least))
+    theta = guess_theta(likelihood, solid) if start is None else start
+    load = parameters_from_theta(theta)
+    variance = errors.estimate_variance(statistics, likelihood.build_residual_weights(load))
+    for _ in range(max_iterations):
+        likelihood = PayloadLikelihood(statistics, prior, variance)
+        mode = improve_mode(likelihood, solid, theta, load)
+        step, theta, load = mode.theta - theta, mode.theta, mode.load
+        weights = likelihood.build_residual_weights(load)
+        previous, variance = variance, errors.estimate_variance(statistics, weights)
+        settled = np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE
+        if settled and measure_step(step, mode) < _TOLERANCE:
+            break
+    return likelihood, mode, variance, weights

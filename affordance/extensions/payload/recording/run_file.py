@@ -1,0 +1,248 @@
+"""Reader of a run: a table, and the small YAML file next to it that describes the table (see ``run_entry``)."""
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.extensions.payload.recording.held_postures import (
+    FEWEST_POSTURES,
+    POSTURE_STEP,
+    gather_postures,
+    looks_held,
+)
+from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run, RunDescription
+from affordance.extensions.payload.recording.run_arrays import SUFFIXES, is_lerobot, read_arrays, read_lerobot
+from affordance.extensions.payload.recording.run_bag import read_bag
+from affordance.extensions.payload.recording.run_entry import (
+    COLUMN_MAPS,
+    ColumnMap,
+    RunEntry,
+    build_column_map,
+    name_columns,
+)
+from affordance.extensions.payload.recording.run_parts import check_clock, join_tables, list_parts
+from affordance.extensions.payload.recording.run_table import RunTable, read_netcdf, read_text
+from affordance.extensions.payload.settings import SignalKind
+from affordance.files.bounded import suggest_file
+from affordance.files.constraints import StrPath, check_names, check_path
+from affordance.files.data_model import load_model
+
+_DESCRIPTIONS = (".yaml", ".yml")
+_BAGS = (".mcap", ".db3", ".bag")
+_TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # likely names of a column of times
+
+
+def read_run(path: StrPath, description: StrPath | None = None) -> Run:
+    """Reads a run from its table and description.
+
+    Args:
+        path: Table (.csv, .txt, .tsv, .nc, .npz, .mat or .parquet), ROS bag, LeRobot folder, or a description (.yaml)
+            whose ``files`` are the parts of the recording.
+        description: YAML file that describes the table; None for the one of the same name next to it.
+
+    Raises:
+        BadValueError: A file or one of its values is wrong; the message names it.
+    """
+    path = check_path("path", path)
+    description_file = path.with_suffix(".yaml") if description is None else check_path("description", description)
+    if not path.exists():
+        raise BadValueError(path, "", f"does not exist{suggest_file(path)}")
+    if not description_file.exists():
+        problem = (
+            f"has no description: {description_file.name} in the same folder must state at least the joints and the "
+            "signal, in two lines such as 'joints: [joint_1, joint_2]' and 'signal: joint_torque'"
+        )
+        raise BadValueError(path, "", problem)
+    entry = load_model(description_file, RunEntry)
+    is_split = path.suffix in _DESCRIPTIONS
+    if is_split and description is not None:
+        raise BadValueError(path, "", "is itself a description, must be given without another one")
+    if bool(entry.files) != is_split:
+        problem = "is missing: must list the parts of the recording; or give the recording itself as the run"
+        if entry.files:
+            problem = (
+                f"lists the parts of a recording: give {description_file.name} as the run instead of {path.name}"
+            )
+        raise BadValueError(description_file, "files", problem)
+    parts = list_parts(path, entry.files) if is_split else [path]
+    tables = [_read_table(part, description_file, entry) for part in parts]
+    table = join_tables(parts, tables)
+    if _is_bag(parts[0]):
+        entry = entry.model_copy(update={"joints": entry.joints or table.joint_names, "columns": "standard"})
+    if not entry.joints:
+        raise BadValueError(
+            description_file, "joints", "is missing: must list the joints in the order of the columns"
+        )
+    columns = _find_columns(parts[0], description_file, table, entry)
+    if "time" in columns:
+        check_clock(parts, tables, columns["time"])
+    kind = entry.signal or _guess_kind(path, columns)
+    held = entry.postures is True or "time" not in columns
+    return _build_run(path, table, columns, entry.build(entry.joints, kind, postures=held), entry)
+
+
+def _is_bag(path: Path) -> bool:
+    is_other = is_lerobot(path) or path.suffix in SUFFIXES
+    return not is_other and (path.is_dir() or path.suffix in _BAGS)
+
+
+def _read_table(path: Path, description_file: Path, entry: RunEntry) -> RunTable:
+    """Reads the table of a recording, or of one of its parts."""
+    if is_lerobot(path):
+        table = read_lerobot(path)
+    elif path.suffix in SUFFIXES:
+        table = read_arrays(path)
+    elif _is_bag(path):
+        table = read_bag(path, entry.topic, entry.wrench_topic, is_current=entry.signal is SignalKind.CURRENT)
+        if entry.signal is None:
+            problem = "is missing: the efforts in a bag may be joint_torque, motor_torque or current"
+            raise BadValueError(description_file, "signal", problem)
+    elif path.suffix == ".nc":
+        table = read_netcdf(path)
+    else:
+        table = read_text(path, entry.drop_torn_rows, entry.skip_rows)
+    check_names(path, "columns", (*table.names, *table.joint_names))
+    return table
+
+
+def _find_columns(path: Path, description_file: Path, table: RunTable, entry: RunEntry) -> dict[str, int]:
+    """Finds the position of each of our columns in the table."""
+    names = table.names
+    if isinstance(entry.columns, tuple):
+        names = entry.columns
+        if len(names) != table.values.shape[1]:
+            problem = f"lists {len(names)} names, must list the {table.values.shape[1]} columns of {path.name}"
+            raise BadValueError(description_file, "columns", problem)
+    elif not names:
+        problem = "contains no column names; the description must list them under columns"
+        raise BadValueError(path, "row 1", problem)
+    ours = name_columns(names, _get_map(entry))
+    columns: dict[str, int] = {}
+    for place, name in enumerate(ours):
+        if name is not None:
+            columns.setdefault(name, place)  # newer logs repeat the commands' q_d after the state's
+    angles = [f"q_{i + 1}" for i in range(len(entry.joints))]
+    for name in (*angles, "time"):
+        if name not in columns:
+            if name == "time" and (entry.postures or _are_postures(table, columns, angles, names, entry)):
+                continue
+            problem = f"is missing: has {', '.join(names)[:200]}{_suggest_columns(name, names, len(entry.joints))}"
+            raise BadValueError(path, f"column {name}", problem)
+    extra = f"q_{len(entry.joints) + 1}"
+    if extra in columns:
+        problem = f"has {extra}, must have as many joints as the {len(entry.joints)} of {description_file.name}"
+        raise BadValueError(path, f"column {extra}", problem)
+    return columns
+
+
+def _are_postures(
+    table: RunTable, columns: Mapping[str, int], angles: Sequence[str], names: Sequence[str], entry: RunEntry
+) -> bool:
+    """Returns whether a table without times has one row per posture."""
+    if entry.postures is False or any(_TIME.search(name) for name in names) or "v_1" in columns:
+        return False
+    return looks_held(entry.units.q * table.values[:, [columns[name] for name in angles]])
+
+
+def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
+    """Suggests how the description can name the log's own columns, using the names that fit best, if any."""
+    if missing == "time":
+        likely = [name for name in names if _TIME.search(name)]
+        if not likely:
+            return "; a table of held postures needs none if the description has 'postures: true'"
+        return f"""; list another name under columns, as in 'columns: {{time: {likely[0]}}}'"""
+    stems = Counter(re.sub(r"\d+", "{}", name, count=1) for name in names if re.search(r"\d", name))
+    numbered = [stem for stem, count in stems.items() if count == num]
+    likely = [stem for stem in numbered if re.search("pos|ang|q", stem, re.IGNORECASE)] or numbered
+    return f"""; list other names under columns, as in 'columns: {{q: "{likely[0]}"}}'""" if likely else ""
+
+
+def _describe_missing_signal(kind: SignalKind, columns: Mapping[str, int], num: int) -> str:
+    """Describes the missing columns of the signal, and which other signal would fit the table."""
+    name = "current" if kind is SignalKind.CURRENT else "tau"
+    wanted = ", ".join(WRENCH_COLUMNS) if kind is SignalKind.WRENCH else f"{name}_1 to {name}_{num}"
+    fitting = {"tau_1": "joint_torque or signal: motor_torque", "current_1": "current", "fx": "wrench"}
+    has = [f"has {name}, which fits signal: {words}" for name, words in fitting.items() if name in columns]
+    others = f"; {', '.join(has)}" if has else ""
+    return f"has no columns of the signal {kind.value}, must have {wanted}{others}"
+
+
+def _get_map(entry: RunEntry) -> ColumnMap:
+    """Returns the column map of the logger, or of the log's own names."""
+    if isinstance(entry.columns, dict):
+        return build_column_map(entry.columns)
+    return COLUMN_MAPS[entry.columns if isinstance(entry.columns, str) else "standard"]
+
+
+def _guess_kind(path: Path, columns: dict[str, int]) -> SignalKind:
+    kinds = {"tau_1": SignalKind.JOINT_TORQUE, "current_1": SignalKind.CURRENT, "fx": SignalKind.WRENCH}
+    found = [kind for name, kind in kinds.items() if name in columns]
+    if len(found) != 1:
+        problem = "no signal" if not found else "several signals"
+        raise BadValueError(
+            path, "columns", f"has {problem}, must have tau_1.., current_1.. or fx..tz, or a key signal"
+        )
+    return found[0]
+
+
+def _build_run(
+    path: Path, table: RunTable, columns: dict[str, int], description: RunDescription, entry: RunEntry
+) -> Run:
+    num = len(entry.joints)
+
+    def take(quantity: str, names: tuple[str, ...] | None = None) -> Array | None:
+        names = names or tuple(f"{quantity}_{i + 1}" for i in range(num))
+        given = [name for name in names if name in columns]
+        if not given:
+            return None
+        if len(given) < len(names):
+            missing = next(name for name in names if name not in columns)
+            raise BadValueError(path, f"column {missing}", f"is missing, although there are {', '.join(given)}")
+        unit: float = getattr(entry.units, quantity)
+        return table.values[:, [columns[name] for name in names]] * unit
+
+    kind = description.kind
+    if kind is SignalKind.WRENCH:
+        signal = take("wrench", WRENCH_COLUMNS)
+        signal = None if signal is None else entry.force_on * signal
+    else:
+        signal = take("current" if kind is SignalKind.CURRENT else "tau")
+    if signal is None:
+        raise BadValueError(path, "columns", _describe_missing_signal(kind, columns, num))
+    q = take("q")
+    assert q is not None  # _find_columns
+    notes = (f"{table.num_torn} torn rows were left out",) if table.num_torn else ()
+    if description.postures:
+        return _build_postures(path, table, description, q, signal, notes)
+    times = table.values[:, columns["time"]] * (
+        _get_map(entry).time_unit if entry.units.time is None else entry.units.time
+    )
+    return Run(str(path), description, times, q, signal, take("v"), take("vdot"), rows=table.rows, notes=notes)
+
+
+def _build_postures(
+    path: Path, table: RunTable, description: RunDescription, q: Array, signal: Array, notes: tuple[str, ...]
+) -> Run:
+    """Builds the run of held postures, with the mean signal of each."""
+    if not len(q):
+        raise BadValueError(path, "", f"has no rows, must have at least {FEWEST_POSTURES} postures")
+    held = gather_postures(q, np.hstack([q, signal]))
+    num = q.shape[1]
+    if len(held.values) < len(q):
+        moved = f", {held.num_moving} rows in motion are left out" if held.num_moving else ""
+        notes = (*notes, f"{len(q)} rows show {len(held.values)} postures{moved}")
+    times = np.linspace(0.0, POSTURE_STEP * (len(held.values) - 1), len(held.values))
+    return Run(
+        str(path),
+        description,
+        times,
+        held.values[:, :num],
+        held.values[:, num:],
+        rows=table.rows[held.first],
+        notes=notes,
+    )

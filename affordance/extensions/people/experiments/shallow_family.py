@@ -1,0 +1,133 @@
+"""A family whose weight is an offset plus a density times volume: which learners can learn it?
+
+The weight of five cylinders of one look is .45 kg plus .75 g/cm^3 times volume, so small cylinders are denser than
+large ones. Learners by density alone make lasting errors: with one density, small cylinders seem too light and large
+ones too heavy. A memory of each object does not err. Nobody has done this experiment yet; it goes with ``two_ends``.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from affordance.belief.learner import Learner
+from affordance.belief.learners import list_learners
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.holds import select_columns
+from affordance.experiments.shared.observer_numbers import ObserverNumbers
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.results import Results
+from affordance.extensions.people.experiments.lift_drawings import draw_forces
+from affordance.extensions.people.experiments.lifts import (
+    check_can_be_lifted,
+    cylinder,
+    measure_each,
+    repeat,
+    run_lifts,
+    summarise_lifts,
+)
+from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.rivals import RIVALS, label_learner
+from affordance.objects.tool import Tool
+from affordance.reporting.formatting import count_observers
+
+RADIUS, HEIGHTS = 0.0461, (0.06, 0.075, 0.09, 0.105, 0.12)  # [m]
+INTERCEPT, DENSITY = 0.45, 750.0  # mass at volume zero, [kg], and its increase with volume, [kg/m^3]
+CYCLES, LAST = 40, 16  # cycles of all objects; cycles at the end that are averaged
+SMALLEST, LARGEST = (f"cylinder_{1000 * each:.0f}mm" for each in (HEIGHTS[0], HEIGHTS[-1]))
+MEANINGS = {
+    "smallest": "force over weight, minus one, smallest cylinder, last 16 lifts",
+    "largest": "force over weight, minus one, largest cylinder, last 16 lifts",
+    "slope": "increase of force over increase of weight, from smallest to largest",
+}
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    lifts = collect(setup)
+    numbers = summarise_lifts(lifts, measure, setup)
+    return Results(
+        order=54,
+        title="A family whose weight grows with size from an offset",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner lifted five cylinders of one look, each"
+            f" weighing {INTERCEPT:g} kg plus {DENSITY:g} kg/m³ times its volume, {CYCLES} times. Nobody has done"
+            " this experiment yet."
+        ),
+        finding="; ".join(_describe(numbers["learners"])) + ".",
+        data=lifts,
+        numbers=numbers,
+        claims=(),
+        figures={
+            "smallest": (
+                "Force before each lift of the smallest cylinder.",
+                partial(draw_forces, lifts, [SMALLEST], title="Smallest cylinder of a shallow family"),
+            ),
+            "largest": (
+                "Force before each lift of the largest cylinder.",
+                partial(draw_forces, lifts, [LARGEST], title="Largest cylinder of a shallow family"),
+            ),
+        },
+        lifts=select_columns(lifts),
+        learners=[*numbers["learners"]],
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner."""
+    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS)
+
+
+def read(setup: Setup) -> list[Tool]:
+    """Makes the objects, and checks that the arm can hold them."""
+    tools = []
+    for height in HEIGHTS:
+        mass = INTERCEPT + DENSITY * np.pi * RADIUS**2 * height
+        tools.append(cylinder(f"cylinder_{1000 * height:.0f}mm", radius=RADIUS, height=height, mass=float(mass)))
+    check_can_be_lifted("shallow_family", tools, setup.settings)
+    return tools
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner lift the objects; returns a row per lift."""
+    return run_lifts("shallow_family", setup, read(setup), design, _list_learners(setup))
+
+
+def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Draws the trials of one observer: cycles of all objects in random order."""
+    return repeat([f"cylinder_{1000 * each:.0f}mm" for each in HEIGHTS], CYCLES, rng, block="all")
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the numbers of one observer, or of one person, from its lifts in order."""
+    means = {
+        name: lifts.loc[lifts["object"] == name, ["force", "weight"]].tail(LAST).mean()
+        for name in (SMALLEST, LARGEST)
+    }
+    small, large = means[SMALLEST], means[LARGEST]
+    return pd.Series(
+        {
+            "smallest": small["force"] / small["weight"] - 1.0,
+            "largest": large["force"] / large["weight"] - 1.0,
+            "slope": (large["force"] - small["force"]) / (large["weight"] - small["weight"]),
+        }
+    )
+
+
+def _list_learners(setup: Setup) -> Sequence[Learner]:
+    return [*list_learners(setup.settings.learner), *RIVALS.values()]
+
+
+def _describe(n: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    return [
+        f"{label_learner(name)}: force error {found['smallest']:+z.0%} for the smallest, {found['largest']:+z.0%} for"
+        " the largest"
+        for name, found in n.items()
+    ]
+
+
+EXPERIMENT = Experiment(
+    run, read, predict, observers=48, no_memory="in which nothing is felt", every_learner=True, settings=LiftSettings
+)

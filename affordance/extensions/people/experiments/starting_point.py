@@ -1,0 +1,72 @@
+"""starting_point: is an odd member of a family lifted with the force for its own weight, or for its family's?
+
+Try it with ``affordance run FILE --repeats 4`` and ``affordance predict FILE``, then change what you like: objects,
+trials, numbers, claims, figures.
+"""
+
+from functools import partial
+
+import numpy as np
+import pandas as pd
+
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.observer_numbers import ObserverNumbers
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.results import Results
+from affordance.extensions.people.experiments.lift_drawings import draw_forces
+from affordance.extensions.people.experiments.lifts import cylinder, measure_each, repeat, run_lifts, summarise_lifts
+from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.reporting.claims import check, claim
+
+NAME = "starting_point"  # of the folder in which finished observers are kept; results go to that of the file
+FAMILY = {"short": 0.06, "middle": 0.09, "long": 0.12}  # heights, [m]
+TOOLS = [cylinder(name, radius=0.04, height=height, mass=10.0 * height) for name, height in FAMILY.items()]
+TOOLS.append(cylinder("odd", radius=0.04, height=0.105, mass=1.8))  # [m], [kg]; its family predicts 1.05 kg
+
+
+def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Draws the trials of one observer; they may depend on its number: ``if observer % 2: ...``."""
+    family = repeat([*FAMILY], 10, rng, block="family")
+    return pd.concat([family, repeat([*FAMILY, "odd"], 10, rng, block="odd member", first=["odd"])])
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the numbers of one observer, or of one person, from its lifts in order."""
+    odd = lifts[lifts["object"] == "odd"]
+    return pd.Series({"first_N": odd["force"].iloc[0], "last_N": odd["force"].tail(3).mean()})
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner do the trials; returns a row per lift."""
+    return run_lifts(NAME, setup, TOOLS, design)
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    lifts = collect(setup)
+    numbers = summarise_lifts(lifts, measure, setup)
+    first = {learner: found["first_N"] for learner, found in numbers["learners"].items()}
+    text = "In its first lift, the odd object is lifted with the force that its family predicts."
+    bounds = [
+        check(f"first lift, {learner} (N)", force, at_least=9.0, at_most=11.5) for learner, force in first.items()
+    ]
+    return Results(
+        title="My experiment",
+        summary="Three objects of one look were lifted ten times each, then ten times more together with an odd one.",
+        finding=f"The odd object weighs 17.7 N, and is first lifted with {first['density']:.1f} N.",
+        data=lifts,
+        numbers=numbers,
+        claims=[claim("first_lift", "ours", text, *bounds)],
+        figures={"odd": ("Force before each lift.", partial(draw_forces, lifts, ["odd"], title="The odd object"))},
+        lifts=lifts,
+        learners=[*numbers["learners"]],
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner."""
+    meanings = {"first_N": "force in the first lift of the odd object, N", "last_N": "mean of its last 3 lifts, N"}
+    return ObserverNumbers(measure_each(collect(setup), measure), meanings)
+
+
+EXPERIMENT = Experiment(run, predict=predict, observers=20, every_learner=True, settings=LiftSettings)

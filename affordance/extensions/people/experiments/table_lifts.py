@@ -1,0 +1,313 @@
+"""Simulates the trials of a table: each participant is simulated by one observer, or by several repeats.
+
+Lifts and looks are computed in closed form; holds are simulated. Each observer has one memory, which passes through
+its trials in order. Its random draws depend on the root seed, the place of its participant in the table, and, for the
+second and later repeats, the number of the repeat.
+"""
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from affordance.arrays import Array, about
+from affordance.belief.learner import Learner
+from affordance.belief.learners import LEARNERS
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.inner_simulation import Choice, TaskCostModel
+from affordance.choice.picking import NO_OPTION
+from affordance.exceptions import InfeasibleError
+from affordance.experiments.shared.grips import choose_by_expectation, plan_grips
+from affordance.experiments.shared.holds import OWN_VALUES, compute_surprise, compute_volume, expect, show_kinds
+from affordance.experiments.shared.observer_numbers import ObserverNumbers
+from affordance.experiments.shared.observers import Setup, run_observers
+from affordance.experiments.shared.results import Results
+from affordance.extensions.people.experiments.lifts import check_can_be_lifted, do_differ
+from affordance.extensions.people.experiments.trials import DOINGS, TrialTable
+from affordance.extensions.people.lift_settings import with_participant
+from affordance.extensions.people.push import compute_heaviness, draw_participants, list_own_values
+from affordance.extensions.people.reporting.lift_figures import draw_by_object
+from affordance.extensions.people.reporting.lift_means import PEOPLE, average, list_numbers, tabulate_means
+from affordance.extensions.people.static_lifts import StaticLifter
+from affordance.objects.tool import Tool
+from affordance.reporting.formatting import count_observers
+from affordance.runs.random_streams import ObserverDraws, Stream
+from affordance.settings import Settings
+from affordance.simulation.trial import get_runner
+
+# Unit and meaning of what is measured in a trial; NaN where it does not apply.
+MEASURED = {
+    "force": ("N", "upward force before the release of a lift"),
+    "expected": ("kg", "mass at the most probable densities, before the trial"),
+    "believed_density": ("kg/m^3", "most probable density of the first part's colour, before the trial"),
+    "felt": ("N", "believed weight after the object was felt, in a lift"),
+    "expected_by_look": ("N", "weight that the object's look predicts, before a lift or look"),
+    "heaviness": ("N", "judged heaviness, in a lift that teaches"),
+    "kind": ("1", "kind of the object after the trial; 0 if the learner has no kinds"),
+    "p_value": ("1", "p-value of what was felt, under the belief before the trial"),
+    "moved": ("m", "largest movement of the object's centre from where it was given, positive upward, in a hold"),
+    "chosen": ("1", "index of the chosen grip among the object's grips; -1 if none can be used"),
+}
+
+
+class Trials(NamedTuple):
+    """Trials of all participants in order, as arrays (N,), and the objects that they present."""
+
+    place: NDArray[np.intp]  # index of the participant
+    do: NDArray[np.intp]  # index in DOINGS
+    tool: NDArray[np.intp]  # index in ``tools``
+    duration: Array  # [s]
+    teaches: NDArray[np.bool_]  # whether the observer learns from the trial
+    choice: NDArray[np.intp]  # index of the planned choice; -1 where nothing is chosen
+    tools: tuple[Tool, ...]
+
+
+@dataclass(frozen=True)
+class TableExperiment:
+    """Experiment whose trials are given by a table.
+
+    Attributes:
+        name: Name of its folder within the folder of results.
+        table: Trial table.
+        tasks: Tasks for which grips are chosen, by name.
+        repeats: Number of observers of each learner for each participant.
+        learners: Learners.
+        people_sd: Standard deviation of the force between people, [N]; None if unknown.
+    """
+
+    name: str
+    table: TrialTable
+    tasks: Mapping[str, TaskCostModel] = field(default_factory=dict)
+    repeats: int = 1
+    learners: tuple[Learner, ...] = tuple(LEARNERS.values())
+    people_sd: float | None = None
+
+    @property
+    def observers(self) -> int:
+        """Number of observers of each learner."""
+        return self.repeats * len(self.table.participants)
+
+    def read(self, setup: Setup) -> None:
+        """Checks that the arm can hold the objects."""
+        check_can_be_presented(self.table, setup.settings)
+
+    def collect(self, setup: Setup) -> pd.DataFrame:
+        """Lets observers of each learner do the trials; the setup's number of observers is ignored.
+
+        Returns: Rows of the table with measurements, for each observer of each learner; then people's own lifts.
+        """
+        trials, choices = _plan(setup, self.table, self.tasks)
+        places = [np.flatnonzero(trials.place == place) for place in range(len(self.table.participants))]
+        tables = []
+        for learner in self.learners:
+            data = run_observers(
+                self.name,
+                setup.change(learner=learner),
+                observe,
+                trials,
+                choices,
+                follows_from=(trials, [self.tasks[each] for each in sorted(self.tasks)]),
+                count=self.observers,
+            )
+            rows = _repeat(self.table, places, self.repeats)
+            kept = np.concatenate([np.arange(len(each)) for each in places * self.repeats])
+            for each in MEASURED:
+                rows[each] = data[each].values[rows["observer"], kept]
+            for name in [str(each) for each in data if str(each).startswith(OWN_VALUES)]:
+                rows[name] = data[name].values[rows["observer"]]
+            tables.append(rows.assign(learner=learner.name, chosen=_name_grips(self.table, rows)))
+        lifts = pd.concat(tables, ignore_index=True)
+        lifts["force"] = lifts["force"].where(lifts["do"] == "lift")
+        if self.table.rows["force"].notna().any():
+            people = _repeat(self.table, places, 1).assign(learner=PEOPLE, chosen="")
+            lifts = pd.concat([lifts, people[people["force"].notna()]], ignore_index=True)
+        return _finish(lifts, self.table, get_runner(setup.settings).gravity)
+
+    def run(self, setup: Setup) -> Results:
+        """Runs the experiment."""
+        lifts = self.collect(setup)
+        means = average(lifts)
+        groups, objects = lifts["group"].unique(), lifts["object"].unique()
+        figures = {
+            column: (
+                f"{title}, trial by trial. Thin lines: single observers; bands: 95 % intervals of means.",
+                partial(draw_by_object, lifts[lifts["measured"]], column, title),
+            )
+            for column, title in (("force", "force (N)"), ("moved", "movement of the object's centre (m)"))
+            if lifts.loc[lifts["measured"], column].notna().any()
+        }
+        numbers = {
+            "means": means,
+            "participants": len(self.table.participants),
+            "repeats_of_each": self.repeats,
+            "trials": len(self.table.rows),
+        }
+        return Results(
+            order=60,
+            title=f"Trials of {self.table.source.name}",
+            summary=(
+                f"{count_observers(self.observers)} of each of {len(self.learners)} learners did the trials of"
+                f" {len(self.table.participants)} participants in {len(groups)} groups, with {len(objects)} objects."
+            ),
+            finding="",
+            data=lifts,
+            numbers=numbers,
+            claims=(),
+            figures=figures,
+            tables={"Means over observers, with 95 % intervals.": tabulate_means(means)},
+            lifts=lifts,
+            learners=[each.name for each in self.learners],
+        )
+
+    def predict(self, setup: Setup) -> ObserverNumbers:
+        """Computes the mean force of each observer of every learner, by group, phase and object."""
+        values, spreads = list_numbers(self.collect(setup), self.people_sd)
+        return ObserverNumbers(values, {}, lambda means: spreads)
+
+
+def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
+    """Checks that the arm can hold every object; raises an InfeasibleError that names the row otherwise."""
+    try:
+        check_can_be_lifted(table.source.name, table.tools, settings)
+    except InfeasibleError:
+        for number, tool in enumerate(table.tools):
+            try:
+                check_can_be_lifted(table.source.name, [tool], settings)
+            except InfeasibleError as error:
+                row = table.numbers[int((table.rows["tool"] == number).to_numpy().argmax())]
+                problem = f"is {tool.name!r}, which {error.problem}"
+                raise InfeasibleError(table.source, f"row {row}, object", problem) from error
+        raise
+
+
+def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -> tuple[Trials, list[Choice]]:
+    """Returns the trials as arrays, and the planned choices of grips that they ask for."""
+    rows, planned, choices = table.rows, dict[tuple[int, str], int](), list[Choice]()
+    chosen = np.full(len(rows), NO_OPTION)
+    for place in np.flatnonzero(rows["do"] == "choose"):
+        tool, task = int(rows["tool"].iloc[place]), str(rows["task"].iloc[place])
+        if (tool, task) not in planned:
+            planned[tool, task] = len(choices)
+            found = plan_grips(
+                [table.tools[tool]], tasks[task], setup.settings, seed=setup.seed, jobs=setup.jobs, description=task
+            )
+            choices += found.values()
+        chosen[place] = planned[tool, task]
+    do = np.array([DOINGS.index(each) for each in rows["do"]])
+    arrays = (rows["place"].to_numpy(), do, rows["tool"].to_numpy(), rows["duration"].to_numpy(float))
+    return Trials(*arrays, rows["teaches"].to_numpy(bool), chosen, table.tools), choices
+
+
+def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: int) -> xr.Dataset:
+    """Runs one observer, who repeats a participant's trials; returns measurements, NaN after the last trial."""
+    counts = np.bincount(trials.place)
+    repeat, place = divmod(observer, len(counts))
+    who = (place,) if repeat == 0 else (place, Stream.REPEAT, repeat + 1)
+    own = np.flatnonzero(trials.place == place)
+    found = {name: np.full(counts.max(), np.nan) for name in MEASURED}
+    presented, lifted = np.unique(trials.tool[own], return_inverse=True)
+    tools = [trials.tools[each] for each in presented]
+    participant, person = (
+        with_participant(setup.settings).participant,
+        ObserverDraws([(setup.seed, *who, Stream.PERSON)]),
+    )
+    pushes, learner = draw_participants(participant, setup.settings.learner, [place], person)
+    settings = setup.change(learner=learner).settings
+    lifter, drawn = StaticLifter(tools, settings), (setup.seed, *who, Stream.KINDS)
+    knows, num_learned, teaches = lifter.start([drawn]), 0, trials.teaches[own]
+    errors = lifter.draw_errors([(setup.seed, *who, Stream.LIFT)], len(own))
+    closed = [DOINGS[trials.do[row]] in ("lift", "look") for row in own]
+    for is_closed, group in itertools.groupby(range(len(own)), key=closed.__getitem__):
+        numbers = list(group)
+        if is_closed:
+            later = (0, numbers[0]) if numbers[0] else ()  # the number of a later lift is never 0
+            record = lifter.run(
+                lifted[numbers, None], knows, errors[numbers], [(*drawn, *later)], teaches[numbers, None], pushes
+            )
+            knows, num_learned = record.after, num_learned + int(teaches[numbers].sum())
+            for name in found.keys() & set(record._fields):
+                found[name][numbers] = getattr(record, name)[:, 0]
+            continue
+        for number in numbers:
+            row, seed, tool = own[number], (setup.seed, *who, number), tools[lifted[number]]
+            memory = MaterialMemory(settings.learner, drawn, tuple(lifter.colours), knows.state, (), num_learned)
+            if trials.choice[row] >= 0:
+                memory = after = replace(memory, things=lifter.list_things(knows))
+                found["chosen"][number] = choose_by_expectation(choices[trials.choice[row]], [memory], seed)[0][0]
+            else:
+                noted = lifter.mark_met(knows, int(lifted[number]))
+                memory = replace(memory, things=lifter.list_things(noted))
+                held = get_runner(settings).run_hold(tool, memory, duration=float(trials.duration[row]), seed=seed)
+                heights, after = held.height_centre, held.memory
+                found["p_value"][number] = held.p_value
+                found["moved"][number] = heights[np.abs(heights).argmax()]
+                if trials.teaches[row]:
+                    knows, num_learned = noted._replace(state=after.state), num_learned + 1
+            for name, value in expect(tool, memory, after, settings).items():
+                found[name][number] = value
+    found["heaviness"] = compute_heaviness(found["felt"], found["expected_by_look"], participant.heaviness_exponent)
+    measured = xr.Dataset({name: ("lift", found[name], about(*MEASURED[name])) for name in MEASURED})
+    values = list_own_values(pushes, learner) if do_differ(setup.settings) else {}
+    return measured.assign({name: float(value[0]) for name, value in values.items()})
+
+
+def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int) -> pd.DataFrame:
+    """Repeats each participant's rows for each of its observers, in the order of observers."""
+    rows = table.rows.iloc[np.concatenate([*places] * repeats)].reset_index(drop=True)
+    sizes = np.array([len(each) for each in places] * repeats)
+    observer = np.repeat(np.arange(len(sizes)), sizes)
+    lift = np.concatenate([np.arange(size) + 1 for size in sizes])
+    return rows.assign(observer=observer, repeat=observer // len(places) + 1, lift=lift)
+
+
+def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
+    """Names the chosen grip in each row; empty where nothing is chosen or no grip can be used."""
+    names = []
+    for tool, place in zip(rows["tool"], rows["chosen"], strict=True):
+        has_chosen = not (math.isnan(place) or place == NO_OPTION)
+        names.append(table.tools[tool].grips[int(place)].name if has_chosen else "")
+    return names
+
+
+def _finish(lifts: pd.DataFrame, table: TrialTable, gravity: float) -> pd.DataFrame:
+    """Adds mass, size and weight of the presented objects, and sorts the columns."""
+    lifts["mass"] = np.array([tool.mass for tool in table.tools])[lifts["tool"]]
+    lifts["size"] = np.array([compute_volume(tool) for tool in table.tools])[lifts["tool"]]
+    lifts["weight"] = gravity * lifts["mass"]
+    lifts["kind"] = show_kinds(lifts["kind"].fillna(0).to_numpy(dtype=np.intp))
+    lifts["surprise"] = compute_surprise(lifts["p_value"].to_numpy())
+    first = [
+        "observer",
+        "learner",
+        "participant",
+        "repeat",
+        "group",
+        "phase",
+        "cycle",
+        "lift",
+        "object",
+        "do",
+        "task",
+    ]
+    first += [
+        "duration",
+        "mass",
+        "size",
+        "looks_like",
+        "teaches",
+        "measured",
+        "force",
+        "expected",
+        "believed_density",
+    ]
+    first += ["weight", "felt", "expected_by_look", "heaviness", "kind", "surprise", "moved", "chosen"]
+    further = [name for name in table.rows if name not in (*first, "place", "tool")]
+    own = [name for name in lifts if str(name).startswith(OWN_VALUES)]
+    return lifts[[*first, *further, *own]]

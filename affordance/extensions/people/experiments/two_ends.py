@@ -1,0 +1,324 @@
+"""Two ends: by which end do people hold a stick of two unknown materials, to reach and to hit with it?
+
+A participant sees two new colours; one belongs to a material eleven times as dense as the other. Both are felt only
+in the two objects of Simulation II, of equal weight, with their steel far from or near the hand. After 0, 1, 2 and 6
+lifts the participant points to an end of a novel stick of both materials, once to reach along a path and once to hit
+a nail; the stick is never lifted. Nobody has done this yet. Expected: choices are at chance at first; later the share
+of right choices depends on the learner. ``two_ends_people.py`` reads the answers from a filled data sheet.
+
+    affordance run two_ends
+
+The trial table is made in ``two_ends_design.py`` and frozen: any change of its SHA-256 is an error.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from scipy.special import binom, ndtri
+
+from affordance.arrays import Array
+from affordance.belief.learner import Learner
+from affordance.belief.learners import list_learners
+from affordance.choice.tasks import load_task
+from affordance.exceptions import AffordanceError
+from affordance.experiments.shared.experiment import Experiment
+from affordance.experiments.shared.observer_numbers import ObserverNumbers
+from affordance.experiments.shared.observers import Setup
+from affordance.experiments.shared.results import Results
+from affordance.extensions.people.experiments.table_lifts import TableExperiment, check_can_be_presented
+from affordance.extensions.people.experiments.trials import TrialTable, check_trials
+from affordance.extensions.people.experiments.two_ends_design import (
+    ASKED,
+    COLOURS,
+    FROZEN,
+    PARTICIPANTS,
+    TASKS,
+    build_data_sheet,
+    build_trials,
+    hash_trials,
+)
+from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.rivals import RIVALS, label_learner
+from affordance.files.atomic import write_text
+from affordance.objects.colour import parse_colour
+from affordance.objects.load import load_tools
+from affordance.objects.materials import Material
+from affordance.objects.tool import Tool
+from affordance.plant.load import load_arm
+from affordance.reporting.claims import ClaimResult, check, claim
+from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
+from affordance.reporting.statistics import estimate_proportion
+
+ALPHA, POWER = 0.05, 0.8  # of one-sided tests
+MOST_EXACT = 200  # most participants (per group) for which tests are exact
+
+
+def make_objects(models: Path) -> list[Tool]:
+    """Makes the two objects to lift and the stick, for either colour of the dense material."""
+    far, near = load_tools(models / "tools" / "com.yaml")[:2]
+    stick = load_tools(models / "tools" / "novel.yaml")[0]
+    heaviest = max(part.material.density for part in stick.components)
+    tools = []
+    for dense in COLOURS:
+        (light,) = (each for each in COLOURS if each != dense)
+        for name, tool in (("far", far), ("near", near), ("stick", stick)):
+            parts = []
+            for part in tool.components:
+                is_dense = part.material.density == heaviest
+                colour = dense if is_dense else light
+                material = Material(
+                    colour, parse_colour(COLOURS[colour]), part.material.density, source="as it is made"
+                )
+                parts.append(replace(part, material=material, looks_like=material))
+            grips = tuple(replace(grip, name={"steel": "dense", "wood": "light"}[grip.name]) for grip in tool.grips)
+            tools.append(replace(tool, name=f"{name}, {dense} dense", components=tuple(parts), grips=grips))
+    return tools
+
+
+def read(setup: Setup) -> TrialTable:
+    """Reads the first participants' rows of the frozen table, and checks that the arm can hold all objects."""
+    trials = build_trials()
+    if (found := hash_trials(trials)) != FROZEN:
+        raise AffordanceError(f"two_ends: the trial table has SHA-256 {found}, must have {FROZEN}, which is frozen")
+    trials = trials[trials["participant"].isin(trials["participant"].unique()[: setup.observers])]
+    table = check_trials(trials, make_objects(setup.models), tasks=TASKS, name="two_ends")
+    check_can_be_presented(table, setup.settings)
+    return table
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner do the trials; returns their choices, with ``right`` for the right end."""
+    arm = load_arm(setup.settings.arm)
+    tasks = {task: load_task(setup.models, task, arm) for task in TASKS}
+    repeats = max(1, math.ceil(setup.observers / PARTICIPANTS))
+    experiment = TableExperiment("two_ends", read(setup), tasks, repeats, tuple(_list_learners(setup)))
+    lifts = experiment.collect(setup)
+    chosen = lifts[lifts["do"] == "choose"].copy()
+    # The stick is easier to move with its mass near the hand, and hits with less work with its mass far from it.
+    chosen["right"] = chosen["chosen"] == chosen["task"].map({"reach": "dense", "hammer": "light"})
+    chosen["lifts"] = chosen["phase"].str.removeprefix("after ").astype(int)
+    return chosen
+
+
+def _list_learners(setup: Setup) -> Sequence[Learner]:
+    return [*list_learners(setup.settings.learner), *RIVALS.values()]
+
+
+def measure(choices: pd.DataFrame) -> pd.DataFrame:
+    """Measures shares of observers that are right in each task, and that agree: right in both or in neither."""
+    wide = choices.pivot(index=["learner", "observer", "lifts"], columns="task", values="right")
+    wide["agree"] = (wide["reach"] == wide["hammer"]).where(wide.notna().all(axis=1))
+    rows = []
+    for (learner, lifts), own in wide.groupby(["learner", "lifts"], sort=False):
+        for name in (*TASKS, "agree"):
+            answers = own[name].dropna()
+            hits, count = int(answers.sum()), len(answers)
+            if not count:
+                continue
+            share, low, high = (float(each) for each in estimate_proportion(np.array(hits), count))
+            rows.append((learner, lifts, name, share, low, high, count))
+    return pd.DataFrame(rows, columns=["learner", "lifts", "measure", "share", "low", "high", "observers"])
+
+
+def count_people(one: float, other: float | None = None) -> float:
+    """Computes the participants needed to tell a share from chance or, per group, from another share.
+
+    Tests are one-sided and exact: the binomial test, or Fisher's. If more than ``MOST_EXACT`` are needed, the number
+    is that of the normal approximation.
+    """
+    low, high = (0.5, max(one, 1.0 - one)) if other is None else sorted((one, other))
+    if low == high:
+        return math.inf
+    for count in range(1, MOST_EXACT + 1):
+        hits = np.arange(count + 1)
+        of_low, of_high = (binom(count, hits) * p**hits * (1.0 - p) ** (count - hits) for p in (low, high))
+        from_chance = np.cumsum(of_low[::-1])[::-1] <= ALPHA
+        power = of_high @ (from_chance if other is None else _mark_significant(count) @ of_low)
+        if power >= POWER:
+            return float(count)
+    variances = low * (1.0 - low), high * (1.0 - high)
+    mean = 0.5 * (low + high)
+    if other is None:
+        error = ndtri(1.0 - ALPHA) * math.sqrt(variances[0]) + ndtri(POWER) * math.sqrt(variances[1])
+    else:
+        error = ndtri(1.0 - ALPHA) * math.sqrt(2.0 * mean * (1.0 - mean)) + ndtri(POWER) * math.sqrt(sum(variances))
+    return float(math.ceil((error / (high - low)) ** 2))
+
+
+@cache
+def _mark_significant(count: int) -> Array:
+    """Marks pairs of hits, (count + 1, count + 1), where Fisher's one-sided test finds more in the first group."""
+    first, total = np.arange(count + 1), np.arange(2 * count + 1)[:, None]
+    probability = binom(count, first) * binom(count, total - first) / binom(2 * count, total)
+    p_value = np.cumsum(probability[:, ::-1], axis=1)[:, ::-1]
+    marked: Array = p_value[first[:, None] + first, first[:, None]] <= ALPHA
+    return marked
+
+
+def contrast(shares: pd.DataFrame) -> pd.DataFrame:
+    """Contrasts learners with chance and with each other; sorts contrasts by the participants that they need."""
+    rows = []
+    for (name, lifts), own in shares[shares["measure"] != "agree"].groupby(["measure", "lifts"], sort=False):
+        by_learner = dict(zip(own["learner"], own["share"], strict=True))
+        names = list(by_learner)
+        for place, one in enumerate(names):
+            rows.append((name, lifts, one, "chance", by_learner[one], 0.5, count_people(by_learner[one])))
+            for other in names[place + 1 :]:
+                pair = by_learner[one], by_learner[other]
+                rows.append((name, lifts, one, other, *pair, count_people(*pair)))
+    columns = ["measure", "lifts", "one", "other", "share_one", "share_other", "people"]
+    return pd.DataFrame(rows, columns=columns).sort_values("people", kind="stable", ignore_index=True)
+
+
+def judge(shares: pd.DataFrame) -> list[ClaimResult]:
+    """Judges the predictions, which people may contradict."""
+
+    def get(column: str, lifts: int, *learners: str, task: str | None = None) -> Array:
+        is_meant = shares["measure"].isin([task] if task else TASKS) & (shares["lifts"] == lifts)
+        found: Array = shares.loc[is_meant & (shares["learner"].isin(learners) | (not learners)), column].to_numpy()
+        return found
+
+    by_look, own = ("density", "kinds_drawn", "kinds_map"), "own_memory"
+    advantage = get("share", 1, "density", task="reach") - get("share", 1, "density", task="hammer")
+    return [
+        claim("by_chance", "ours, a prediction", "Before anything is lifted, every learner is at chance.",
+              check("lower end of the interval of the share of right choices, 0 lifts", get("low", 0), at_most=0.5),
+              check("upper end", get("high", 0), at_least=0.5)),
+        claim("by_look", "ours, a prediction",
+              "After two lifts, learners with densities by look choose right to reach.",
+              check("lower end of the interval of the share of right choices",
+                    get("low", 2, *by_look, task="reach"), above=0.5)),
+        claim("by_object", "ours, a prediction", "A memory of single objects does not help with the stick.",
+              check("lower end of the interval, own memory, after 6 lifts", get("low", 6, own), at_most=0.5),
+              check("upper end", get("high", 6, own), at_least=0.5)),
+        claim("reach_first", "ours, seen in a run first",
+              "After one lift, one density for each colour leads to right choices more often to reach than to hit.",
+              check("share of right choices to reach minus that to hit", advantage, above=0.1)),
+    ]  # fmt: skip
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    choices = collect(setup)
+    shares = measure(choices)
+    contrasts = contrast(shares)
+    count = min(setup.observers, PARTICIPANTS)
+    numbers: dict[str, Any] = {"participants": count, "sha256": FROZEN, "shares": {}}
+    for row in shares.itertuples():
+        own = numbers["shares"].setdefault(str(row.learner), {}).setdefault(str(row.measure), {})
+        own[str(row.lifts)] = [row.share, row.low, row.high]
+    finite = contrasts[np.isfinite(contrasts["people"])]
+    numbers["contrasts"] = finite.head(50).to_dict("records")
+    return Results(
+        order=53,
+        title="Two ends of a stick that was never lifted",
+        summary=(
+            f"{count} participants, simulated with each learner, choose an end of a stick of two unknown"
+            f" materials to reach and to hit, after {', '.join(map(str, ASKED))} lifts of two other objects."
+        ),
+        finding="; ".join(_describe(shares)) + ".",
+        data=choices,
+        numbers=numbers,
+        claims=judge(shares),
+        figures={
+            "shares": ("Share of observers that choose the right end, with 95 % intervals.", partial(draw, shares))
+        },
+        tables={
+            "Shares with 95 % intervals.": tabulate(shares),
+            "Participants (per group) that an exact one-sided test needs, .05, power .8.": tabulate_contrasts(
+                finite.head(30)
+            ),
+        },
+        files={
+            name: partial(_write_table, name, build)
+            for name, build in (("trials.csv", build_trials), ("data_sheet.csv", build_data_sheet))
+        },
+        learners=[*dict.fromkeys(shares["learner"])],
+    )
+
+
+def _write_table(name: str, build: Callable[[], pd.DataFrame], folder: Path) -> None:
+    write_text(folder / name, build().to_csv(index=False, lineterminator="\n"))
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes for each observer of every learner whether its choice is right, by task and number of lifts."""
+    choices, values = collect(setup), dict[str, Mapping[str, Any]]()
+    for learner, own in choices.groupby("learner", sort=False):
+        wide = own.pivot(index="observer", columns=["task", "lifts"], values="right").astype(float)
+        values[str(learner)] = {f"{task}_{lifts}": wide[task, lifts].to_numpy() for task in TASKS for lifts in ASKED}
+    meanings = {f"{task}_{lifts}": f"right end to {task} after {lifts} lifts" for task in TASKS for lifts in ASKED}
+    return ObserverNumbers(values, meanings)
+
+
+def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
+    """Tabulates shares with intervals: rows are learners and measures, columns are numbers of lifts."""
+    shown = shares.assign(
+        cell=[f"{row.share:.2f} [{row.low:.2f}, {row.high:.2f}]" for row in shares.itertuples()],
+        who=[label_learner(str(learner)) for learner in shares["learner"]],
+    )
+    table = shown.pivot(index=["who", "measure"], columns="lifts", values="cell").reset_index()
+    return table.set_index("who").rename(columns={each: f"after {each}" for each in ASKED})
+
+
+def tabulate_contrasts(contrasts: pd.DataFrame) -> pd.DataFrame:
+    """Tabulates contrasts between the shares of right choices of two learners, or of one learner and chance."""
+    titles = {"one": "learner", "other": "compared with", "share_one": "its share", "share_other": "other share"}
+    shown = contrasts.assign(
+        one=contrasts["one"].map(label_learner),
+        other=contrasts["other"].map(label_learner),
+        people=contrasts["people"].astype(int),
+    )
+    return shown.rename(columns=titles).set_index("measure").round(2)
+
+
+def _describe(shares: pd.DataFrame) -> list[str]:
+    last = shares[(shares["measure"] == "reach") & shares["lifts"].isin((1, 2))]
+    found = []
+    for learner, own in last.groupby("learner", sort=False):
+        percent = ", ".join(f"{share:.0%}" for share in own["share"])
+        found.append(f"{label_learner(str(learner))}: right to reach in {percent} of cases after 1 and 2 lifts")
+    return found
+
+
+def draw(shares: pd.DataFrame) -> Figure:
+    """Draws the shares against the number of lifts: a panel for each task, and one for agreement."""
+    figure = Figure(figsize=(10.0, 3.6))
+    panels = figure.subplots(1, 3, sharey=True)
+    titles = {"reach": "right end to reach", "hammer": "right end to hit", "agree": "both right, or both wrong"}
+    for panel, (name, title) in zip(panels, titles.items(), strict=True):
+        own = shares[shares["measure"] == name]
+        for shift, (learner, rows) in enumerate(own.groupby("learner", sort=False)):
+            error = np.maximum(0.0, [rows["share"] - rows["low"], rows["high"] - rows["share"]])
+            colour = OBJECT_COLOURS[shift % len(OBJECT_COLOURS)]
+            place, name = rows["lifts"] + 0.06 * shift, label_learner(str(learner))
+            panel.errorbar(
+                place, rows["share"], error, fmt="o-", markersize=3.5, capsize=2.0, color=colour, label=name
+            )
+        panel.axhline(0.5, color="0.7", linewidth=0.8, label="chance")
+        panel.set_xticks(ASKED)
+        panel.set_title(title, fontsize=FONT_SIZE)
+        panel.set_xlabel("lifts of other objects")
+        panel.set_ylim(0.0, 1.02)
+        tidy(panel)
+    panels[0].set_ylabel("share of participants")
+    panels[-1].legend(fontsize=FONT_SIZE - 2, frameon=False, loc="lower right")
+    return figure
+
+
+EXPERIMENT = Experiment(
+    run,
+    read,
+    predict,
+    observers=48,
+    no_memory="in which participants know neither material",
+    every_learner=True,
+    settings=LiftSettings,
+)

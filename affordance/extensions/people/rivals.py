@@ -1,0 +1,188 @@
+"""Alternative learners for comparison: nothing remembered, own memory, and own and shared memory.
+
+No working arm uses them. The first forgets every lift. The second has a density for each object but none for a look.
+The third has a density for each look and, for each object, a deviation from it; two delta rules move both by a
+fraction of each error.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, override
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.learner import Draws, FindLikelihood, Learner, Lesson, Seen, State, describe_start
+from affordance.belief.learners import LEARNERS
+from affordance.belief.normals import Normals
+from affordance.belief.prior import Prior
+from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, get_felt, make_room, pad, set_felt, start_felt
+from affordance.files.constraints import Setting, Within
+
+_SHARE = Within(0.0, 1.0)
+_CERTAIN_SD = 1.0  # [kg/m^3]
+
+
+class OwnMemory(Learner):
+    """Learner with a density for each object; it expects an object that was never lifted to follow the prior."""
+
+    @property
+    @override
+    def name(self) -> str:
+        return "own_memory"
+
+    @property
+    @override
+    def label(self) -> str:
+        return "own memory of each object"
+
+    @override
+    def start(self, rng: Draws, parameters: Any, prior: Prior, num_colours: int, size: int) -> State:
+        return {
+            **describe_start(parameters, prior, size),
+            **start_felt(size),
+            "colours": np.zeros((size, num_colours)),
+        }
+
+    @override
+    def believe(self, state: State) -> Normals:
+        return _build_prior(state, state["colours"].shape[1])
+
+    @override
+    def expect(self, state: State, seen: Seen) -> Normals:
+        return _build_prior(state, len(seen.colours)).condition(get_felt(state, seen))
+
+    @override
+    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+        expected = self.expect(state, seen)
+        likelihood = find_likelihood(expected)
+        felt = get_felt(state, seen)
+        return Lesson(set_felt(state, seen, likelihood.add(felt)), expected.condition(likelihood), likelihood)
+
+    @override
+    def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
+        return _meet(state, probabilities, "colours", 0.0)
+
+    @override
+    def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
+        felt = {name: state[name][:, list(things)] for name in (FELT_PRECISION, FELT_INFORMATION)}
+        return {**state, **felt, "colours": state["colours"][:, list(colours)]}
+
+
+class NothingRemembered(OwnMemory):
+    """Learner that forgets: each lift starts from the prior, and what is felt is used only within that lift."""
+
+    @property
+    @override
+    def name(self) -> str:
+        return "nothing_remembered"
+
+    @property
+    @override
+    def label(self) -> str:
+        return "nothing remembered"
+
+    @override
+    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+        return super().learn(state, seen, find_likelihood, rng)._replace(state=state)
+
+    @override
+    def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
+        return {**state, "colours": state["colours"][:, list(colours)]}  # no thing is remembered
+
+
+class OwnAndShared(Learner):
+    """Learner with a shared density for each look, and a deviation from it for each object.
+
+    An object's expected density is the sum of both. After a lift, each moves by a fraction of the difference between
+    the density that was felt and this sum.
+    """
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """Parameters of both delta rules.
+
+        Attributes:
+            own_rate: Fraction of an error by which an object's deviation moves.
+            shared_rate: Fraction of an error by which the density of its look moves.
+        """
+
+        own_rate: Annotated[float, _SHARE, Setting("1", "a guess, to be fitted to persons")] = 0.3
+        shared_rate: Annotated[float, _SHARE, Setting("1", "a guess, to be fitted to persons")] = 0.1
+
+    @property
+    @override
+    def name(self) -> str:
+        return "own_and_shared"
+
+    @property
+    @override
+    def label(self) -> str:
+        return "own and shared memory, delta rules"
+
+    @override
+    def start(self, rng: Draws, parameters: Any, prior: Prior, num_colours: int, size: int) -> State:
+        shared = np.full((size, num_colours), prior.mode)
+        return {**describe_start(parameters, prior, size), "shared": shared, "own": np.zeros((size, 0, 0))}
+
+    @override
+    def believe(self, state: State) -> Normals:
+        """Returns the shared densities with almost no uncertainty, because a delta rule has none."""
+        mean = state["shared"]
+        return Normals(mean, np.tile(_CERTAIN_SD**2 * np.eye(mean.shape[1]), (len(mean), 1, 1)))
+
+    @override
+    def expect(self, state: State, seen: Seen) -> Normals:
+        state, thing = make_room(state, ("own",), seen), (np.arange(len(seen.things)), seen.things)
+        return _surround(state, state["shared"][:, list(seen.colours)] + state["own"][thing][:, : len(seen.colours)])
+
+    @override
+    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+        state, thing = make_room(state, ("own",), seen), (np.arange(len(seen.things)), seen.things)
+        expected = self.expect(state, seen)
+        likelihood = find_likelihood(expected)
+        felt = expected.condition(likelihood)
+        error = felt.mean - expected.mean
+        own, shared = state["own"].copy(), state["shared"].copy()
+        own[*thing, : len(seen.colours)] += state["own_rate"][:, None] * error
+        shared[:, list(seen.colours)] += state["shared_rate"][:, None] * error
+        return Lesson({**state, "own": own, "shared": shared}, felt, likelihood)
+
+    @override
+    def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
+        return _meet(state, probabilities, "shared", state["prior_mode"])
+
+    @override
+    def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
+        return {**state, "shared": state["shared"][:, list(colours)], "own": state["own"][:, list(things)]}
+
+
+def _build_prior(state: State, count: int) -> Normals:
+    """Returns the prior of ``count`` densities."""
+    return _surround(state, np.tile(state["prior_mode"][:, None], (1, count)))
+
+
+def _surround(state: State, mean: Array) -> Normals:
+    """Returns normals about densities, (B, M), with the prior's SD, so broad that they hardly bias what is felt."""
+    return Normals(mean, state["prior_sd"][:, None, None] ** 2 * np.eye(mean.shape[1]))
+
+
+def _meet(state: State, probabilities: Array, name: str, value: Any) -> tuple[State, int]:
+    """Adds a colour with a value to an array over colours, (B, M), unless a known colour is most probable."""
+    best, count = int(probabilities.argmax()), len(probabilities) - 1
+    if best < count:
+        return state, best
+    array = pad(state[name], (count + 1,)).copy()
+    array[:, count] = value
+    return {**state, name: array}, count
+
+
+NOTHING_REMEMBERED, OWN_MEMORY, OWN_AND_SHARED = NothingRemembered(), OwnMemory(), OwnAndShared()
+# They are compared with the program's learners on people's lifts, and are simulated only where they are named.
+RIVALS: Mapping[str, Learner] = {each.name: each for each in (NOTHING_REMEMBERED, OWN_MEMORY, OWN_AND_SHARED)}
+
+
+def label_learner(name: str) -> str:
+    """Returns a learner's name in words, given its name in files."""
+    known = {**LEARNERS, **RIVALS}.get(name)
+    return known.label if known is not None else name

@@ -1,0 +1,305 @@
+"""Computes hundreds of lifts of many observers in closed form: beliefs, forces, and measurements at rest.
+
+In each lift an observer sees an object, pushes with its believed weight (``control.hold``), then holds it, and learns
+from the noisy torques of the arm at rest with the object in its hand. The arm is that of all simulations, in its home
+posture, but no motion is simulated. Observers are the rows of arrays and are independent of each other.
+"""
+
+import copy
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array, Mask
+from affordance.belief.colour_recognition import find_colour_index
+from affordance.belief.density_belief import DENSITY_FLOOR, DensityBelief, PointEstimate
+from affordance.belief.felt_object import Thing
+from affordance.belief.learner import Draws, Learner, Lesson, Seen, State
+from affordance.belief.normals import Normals
+from affordance.belief.rows import put_rows, take_rows
+from affordance.exceptions import BadArgumentError
+from affordance.extensions.people.push import Pushes
+from affordance.objects.appearance import Appearance, is_same_object
+from affordance.objects.colour import Colour
+from affordance.objects.inertia import build_inertia_map
+from affordance.objects.tool import Tool
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
+from affordance.proprioception.static_hold import StaticHold, StaticPercept
+from affordance.proprioception.torque_noise import WeberNoise
+from affordance.runs.random_streams import ObserverDraws, Stream
+from affordance.settings import Settings
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
+
+# Object number of an observer that lifts nothing in a trial.
+NOTHING = -1
+
+
+class LiftedObservers(NamedTuple):
+    """State of B observers: what they have learned, and which objects they have lifted."""
+
+    state: State  # state of their learner, in which objects have the same numbers as here
+    order: Array  # number of the first lift of each object, counting objects that look the same as one, (B, objects)
+
+
+class LiftRecord(NamedTuple):
+    """Record of N lifts by B observers, (N, B) each; NaN, or 0 for the kind, where an observer lifted nothing."""
+
+    force: Array  # upward force exerted before release, [N]
+    weight: Array  # true weight, [N]
+    expected: Array  # expected mass, at the most probable densities before each lift, [kg]
+    believed_density: Array  # most probable density for the colour of the first part, before each lift, [kg/m^3]
+    kind: NDArray[np.intp]  # number of the object's kind within that colour after the lift, 1 for the oldest; or 0
+    p_value: Array  # p-value of the measurement under the belief before the lift; NaN if nothing is learned
+    felt: Array  # weight at the most probable densities after the lift, [N]; NaN if nothing is learned
+    expected_by_look: Array  # weight expected of a new object with this appearance, before each lift, [N]
+    after: LiftedObservers
+
+
+class _SeenTool(NamedTuple):
+    """Quantities that all lifts of an object share; Phi is that of its parts, (10, num_parts), weight is in [N]."""
+
+    appearance: Appearance  # appearance, in known colours
+    colours: tuple[int, ...]  # indices of the parts' colours
+    Phi: Array
+    tau: Array  # true torques of the arm holding the object, shape (num_joints,), [N m]
+    weight: float
+
+
+def check_closed_form(settings: Settings) -> WeberNoise:
+    """Checks that settings allow closed-form lifts, and returns the torque noise.
+
+    Raises:
+        BadArgumentError: Unless features are exact, and the torque noise is one error per trial.
+    """
+    noise, where = settings.noise, "for lifts in closed form"
+    if not isinstance(noise, WeberNoise):
+        raise BadArgumentError("Settings", "noise", f"is {type(noise).__name__}, must be WeberNoise {where}")
+    if noise.independent_samples:
+        raise BadArgumentError("Settings", "noise.independent_samples", f"is true, must be false {where}")
+    if settings.vision_error != VisionError():
+        raise BadArgumentError("Settings", "vision_error", f"is {settings.vision_error}, must be zero {where}")
+    return noise
+
+
+class StaticLifter:
+    """Closed-form lifts of a set of objects; quantities that all lifts share are computed once."""
+
+    def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
+        """Computes the quantities that all lifts share.
+
+        Errors are those of ``check_closed_form`` and ``load_arm``.
+        """
+        self._noise = check_closed_form(settings)
+        arm = load_arm(settings.arm)
+        self.settings = settings
+        self._learner = settings.learner
+        self._hold = StaticHold(arm)
+        self.gravity = float(np.linalg.norm(ArmModel(arm).gravity))
+        self.colours: list[Colour] = []
+        self._tools = [self._see(tool) for tool in tools]
+        self._same = np.array([[_is_same_thing(one, other) for other in self._tools] for one in self._tools])
+        self._weights = np.array([each.weight for each in self._tools])
+        self._tau = np.array([each.tau for each in self._tools])
+        self._first = np.array([each.colours[0] for each in self._tools])
+
+    def start(self, seeds: Sequence[tuple[int, ...]]) -> LiftedObservers:
+        """Creates observers without experience, each with a seed for its learner's random draws at the start."""
+        learner, size = self._learner, len(seeds)
+        draws = ObserverDraws([(*seed, 0) for seed in seeds])
+        state = learner.start(draws, learner.parameters, self.settings.prior, len(self.colours), size)
+        return LiftedObservers(state, np.full((size, len(self._tools)), np.inf))
+
+    def mark_met(self, observers: LiftedObservers, number: int) -> LiftedObservers:
+        """Marks an object as met by all observers; they learn nothing from this."""
+        order = observers.order.copy()
+        things = self.identify(np.full(len(order), number), order)
+        order[np.arange(len(order)), things] = np.minimum(order[np.arange(len(order)), things], 0.0)
+        return observers._replace(order=order)
+
+    def list_things(self, observers: LiftedObservers) -> tuple[Thing, ...]:
+        """Lists the objects of a single observer, by number; those never met have no appearance."""
+        pairs = zip(self._tools, np.isfinite(observers.order[0]), strict=True)
+        return tuple(
+            Thing(tool.appearance, tuple(dict.fromkeys(tool.colours))) if is_met else Thing((), ())
+            for tool, is_met in pairs
+        )
+
+    def draw_errors(self, seeds: Sequence[tuple[int, ...]], num_lifts: int) -> Array:
+        """Draws gain and offset errors of N lifts of B observers, (N, B, 2, num_joints), by seed and lift number."""
+        numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # a trailing 0 would not change a seed
+        drawn = [[self._noise.draw_trial_errors((*seed, number), num_joints) for seed in seeds] for number in numbers]
+        return np.array(drawn).reshape(num_lifts, len(seeds), 2, num_joints)
+
+    def run(
+        self,
+        objects: NDArray[np.intp],
+        observers: LiftedObservers,
+        errors: Array,
+        seeds: Sequence[tuple[int, ...]],
+        teaches: Mask | None = None,
+        pushes: Pushes | None = None,
+    ) -> LiftRecord:
+        """Computes the lifts of observers.
+
+        Args:
+            objects: Number of the object that each observer lifts, (N, B); NOTHING for none.
+            observers: State of the observers before the first lift.
+            errors: Measurement errors; see ``draw_errors``.
+            seeds: Seed of each observer; together with the lift's number, it seeds its learner's draws in a lift.
+            teaches: True where an observer learns from a lift, (N, B); None for all lifts.
+            pushes: Push parameters; None for pushes that equal the believed weight.
+
+        The computing time of a lift is that of the learner's ``expect`` and ``learn``, for all observers at once.
+        """
+        state, order, everyone = observers.state, observers.order.copy(), np.arange(objects.shape[1])
+        force, expected, believed, p_value, felt, by_look = (np.full(objects.shape, np.nan) for _ in range(6))
+        last = np.full(len(everyone), np.nan)  # weight believed in the previous lift, [N]
+        kind, learned = np.zeros(objects.shape, dtype=np.intp), np.zeros(len(everyone), dtype=np.intp)
+        is_taught = (objects != NOTHING) & (np.ones(objects.shape, dtype=bool) if teaches is None else teaches)
+        for number, (chosen, taught) in enumerate(zip(objects, is_taught, strict=True)):
+            things = self.identify(chosen, order)
+            order[everyone, things] = np.minimum(order[everyone, things], np.where(taught, number, np.inf))
+            learned += taught
+            for rows, colours in self._group(chosen, things, taught):
+                seen, lifted, learns = Seen(colours, things[rows]), chosen[rows], bool(taught[rows[0]])
+                own = state if len(rows) == len(everyone) else take_rows(state, rows)
+                Phi = self.gather(lifted, colours)
+                before = self._learner.expect(own, seen)
+                mode = before.compute_mode(DENSITY_FLOOR)
+                expected[number, rows] = np.vecdot(Phi[:, 0], mode)
+                rho = self._estimate(before, mode, [(*seeds[row], number + 1, Stream.SENSING) for row in rows])
+                weight = np.vecdot(Phi[:, 0], rho) * self.gravity
+                if pushes is None:
+                    force[number, rows] = weight
+                else:
+                    draws = ObserverDraws([(*seeds[row], number + 1, Stream.CONTROL) for row in rows])
+                    force[number, rows] = pushes.take(rows).draw(weight, last[rows], draws)
+                last[rows] = weight
+                first = self._first[lifted]
+                modes = self._learner.believe(own).compute_mode(DENSITY_FLOOR)
+                believed[number, rows] = modes[np.arange(len(rows)), first]
+                by_look[number, rows] = np.vecdot(Phi[:, 0], modes[:, list(colours)]) * self.gravity
+                if learns:
+                    draws = ObserverDraws([(*seeds[row], int(learned[row])) for row in rows])
+                    own, densities, likelihood = self.feel(own, seen, lifted, Phi, errors[number, rows], draws)
+                    p_value[number, rows] = before.compute_p_value(likelihood)
+                    felt[number, rows] = np.vecdot(Phi[:, 0], densities.compute_mode(DENSITY_FLOOR)) * self.gravity
+                    state = own if len(rows) == len(everyone) else put_rows(state, rows, own)
+                known = np.isfinite(order[rows, things[rows]])
+                kind[number, rows] = np.where(known, self._number_kinds(own, seen, first), 0)
+        weight = np.where(objects == NOTHING, np.nan, self._weights[objects])
+        after = LiftedObservers(state, order)
+        return LiftRecord(force, weight, expected, believed, kind, p_value, felt, by_look, after)
+
+    @property
+    def num_joints(self) -> int:
+        """Number of joints."""
+        return int(self._tau.shape[1])
+
+    @property
+    def error_sds(self) -> Array:
+        """Standard deviations of gain and offset errors of a lift, (2,)."""
+        return np.array([self._noise.weber_fraction, self._noise.threshold])
+
+    def of_learner(self, learner: Learner) -> "StaticLifter":
+        """Returns a copy with the same objects, whose observers have another learner."""
+        other = copy.copy(self)
+        other._learner = learner
+        return other
+
+    def list_colours(self, number: int) -> tuple[int, ...]:
+        """Lists the indices of the colours of an object without repetition."""
+        return tuple(dict.fromkeys(self._tools[number].colours))
+
+    def feel(
+        self, state: State, seen: Seen, lifted: NDArray[np.intp], Phi: Array, errors: Array, draws: Draws
+    ) -> Lesson:
+        """Lets B observers learn from measurements of one object each, with errors (B, 2, num_joints)."""
+        gain, offset = np.moveaxis(errors, 1, 0)
+        residual = self._tau[lifted] * (1.0 + gain) + offset - self._hold.tau_arm
+        percept = StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, residual, self._noise)
+        return self._learner.learn(state, seen, percept.find_likelihood, draws)
+
+    def _see(self, tool: Tool) -> _SeenTool:
+        features = measure_features(tool, VisionError(), np.random.default_rng(0))  # exact
+        count, colours = len(features), list[int]()
+        for part in features:
+            index = find_colour_index(self.colours, part.colour)
+            if index is None:
+                index = len(self.colours)
+                self.colours.append(part.colour)
+            colours.append(index)
+        Phi = build_inertia_map(
+            [part.shape for part in features], [part.X_TE for part in features], range(count), count
+        )
+        pairs = zip(features, colours, strict=True)
+        return _SeenTool(
+            tuple(part.appearance._replace(colour=self.colours[index]) for part, index in pairs),
+            tuple(colours),
+            Phi,
+            self._hold.tau_arm + self._hold.Y @ tool.parameters,
+            self.gravity * tool.mass,
+        )
+
+    def gather(self, lifted: NDArray[np.intp], colours: tuple[int, ...]) -> Array:
+        """Builds the inertia maps of n objects, with one column for each of m colours, (n, 10, m)."""
+        numbers, places = np.unique(lifted, return_inverse=True)
+        maps = []
+        for tool in (self._tools[number] for number in numbers):
+            columns = np.array(tool.colours)[:, None] == np.array(colours)
+            maps.append(tool.Phi @ columns)
+        return np.array(maps)[places]
+
+    def identify(self, chosen: NDArray[np.intp], order: Array) -> NDArray[np.intp]:
+        """Finds the object as which each observer recognises a chosen one, (B,).
+
+        It is the first lifted object that looks the same, or otherwise the chosen one.
+        """
+        known = np.where(self._same[chosen], order, np.inf)
+        return np.where(np.isfinite(known).any(axis=1), known.argmin(axis=1), np.maximum(chosen, 0))
+
+    def _group(
+        self, chosen: NDArray[np.intp], things: NDArray[np.intp], taught: Mask
+    ) -> Iterator[tuple[NDArray[np.intp], tuple[int, ...]]]:
+        """Groups observers by the colours of their objects and by whether they learn.
+
+        Yields: Rows of each group's observers, and the colours.
+        """
+        looks = [tuple(dict.fromkeys(tool.colours)) for tool in self._tools]
+        numbers = np.array([looks.index(each) for each in looks])[things]
+        keys = np.where(chosen == NOTHING, NOTHING, 2 * numbers + taught)
+        for key in np.unique(keys[keys != NOTHING]):
+            yield np.flatnonzero(keys == key), looks[key // 2]
+
+    def _estimate(self, before: Normals, mode: Array, seeds: Sequence[tuple[int, ...]]) -> Array:
+        """Computes the densities that control uses, (n, m); sampled ones are drawn with the seeds."""
+        if (point_estimate := self.settings.point_estimate) is PointEstimate.MODE:
+            return mode
+        beliefs = (
+            DensityBelief.from_moments(*moments) for moments in zip(before.mean, before.covariance, strict=True)
+        )
+        pairs = zip(beliefs, seeds, strict=True)
+        return np.array(
+            [belief.compute_point_estimate(point_estimate, np.random.default_rng(seed)) for belief, seed in pairs]
+        )
+
+    def _number_kinds(self, state: State, seen: Seen, first: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Finds the numbers, from 1, of the objects' kinds within the colour of the first part, (n,).
+
+        They are 0 for a learner without kinds.
+        """
+        groups = self._learner.group(state)
+        if groups.counts is None:
+            return np.zeros(len(first), dtype=np.intp)
+        kinds = self._learner.find_groups(state, seen)[first[:, None] == np.array(seen.colours)]
+        before = np.arange(groups.colours.shape[1]) < kinds[:, None]
+        numbers: NDArray[np.intp] = 1 + (before & (groups.colours == first[:, None])).sum(axis=1)
+        return numbers
+
+
+def _is_same_thing(tool: _SeenTool, thing: _SeenTool) -> bool:
+    return set(tool.colours) == set(thing.colours) and is_same_object(thing.appearance, tool.appearance)

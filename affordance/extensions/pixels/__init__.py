@@ -1,0 +1,1 @@
+"""Pictures of objects: rendered, detected and measured, in place of true features."""

@@ -1,0 +1,164 @@
+"""Segments one or more views of an object into regions of one material, by colour.
+
+Materials of different tint are separated by tint, which does not change with shading. Within one tint, materials are
+separated by lightness, because grey rubber, steel and aluminium differ in nothing else. Near edges lightness depends
+on shading rather than material, so a darker or lighter area counts as a material of its own only if it is several
+pixels wide. Areas that are too narrow or too small are assigned to their neighbours, and every object has at least
+one region.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from affordance.arrays import Array, Mask
+from affordance.extensions.pixels.rgbd import Labels
+from affordance.extensions.pixels.segmentation import find_mode, keep_large, spread_nearest
+from affordance.extensions.pixels.surface import Surface
+from affordance.objects.colour import Colour, compute_tints, convert_to_lab
+
+# Tints further apart than this belong to two materials: colours ten units apart differ visibly, [CIELAB].
+_TINT_RADIUS = 10.0
+# Largest deviation of lightness within a well-lit face of one material, [CIELAB]: half of the difference between cast
+# iron and polished steel, or between polished steel and aluminium.
+_LIGHTNESS_RADIUS = 9.0
+# Bin width of the histogram in which the most frequent lightness is found, [CIELAB].
+_LIGHTNESS_BIN = 2.0
+# Widths below which a strip is a mixture of colours between two materials, and an area a shaded edge, [pixels].
+_STRIP, _EDGE = 5, 9
+# Least number of pixels of a region before it grows, and least fraction of all pixels for a tint.
+_MIN_SEED, _MIN_SHARE = 60, 0.004
+_MIN_LIT_SEED = 100
+# Distance from the outline beyond which pixels show nothing of the stand, [pixels].
+_CORE = 3.0
+# Errors of a colour measured over a region, in addition to the spread within it, as standard deviations, [CIELAB]: in
+# any direction, and of lightness because of the slope of the surface (docs/decisions/0015-vision-from-pixels.md).
+COLOUR_SD, LIGHTNESS_SD = 0.7, 3.0
+# Ratio of a normal distribution's standard deviation to the distance between its quartiles.
+_PER_QUARTILES = 1.0 / 1.349
+_UNKNOWN = -1
+
+
+class Look(NamedTuple):
+    """Colour of a part in full light, in [0, 1], and the standard deviation of its lightness, [CIELAB]."""
+
+    colour: Colour
+    lightness_sd: float
+
+
+class Looks(NamedTuple):
+    """Looks of an object, and the index of each pixel's look in each view, (height, width), -1 for no look."""
+
+    looks: tuple[Look, ...]
+    labels: tuple[Labels, ...]
+
+
+def find_looks(surfaces: Sequence[Surface]) -> Looks:
+    """Finds the looks of an object in all its views together."""
+    tint_labels = _label_tints(surfaces)
+    maps = [np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32) for surface in surfaces]
+    count = 0
+    for tint in range(1 + max(int(labels.max()) for labels in tint_labels)):
+        regions = [labels == tint for labels in tint_labels]
+        if not any(region.any() for region in regions):
+            continue
+        shades = _split_by_lightness(surfaces, regions)
+        for target, region, shade in zip(maps, regions, shades, strict=True):
+            target[region] = count + shade[region]
+        count += 1 + max(int(shade.max()) for shade in shades)
+    looks = tuple(_measure_look(surfaces, [labels == number for labels in maps]) for number in range(count))
+    return Looks(looks, tuple(maps))
+
+
+def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
+    """Labels the tint of each pixel of each view; -1 if the pixel does not show the object."""
+    tints = [compute_tints(surface.colour) for surface in surfaces]
+    modes = _find_modes(np.concatenate([tint[_find_core(s)] for tint, s in zip(tints, surfaces, strict=True)]))
+    result = []
+    for tint, surface in zip(tints, surfaces, strict=True):
+        nearest = np.argmin([np.linalg.norm(tint - mode, axis=-1) for mode in modes], axis=0)
+        seeds = np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32)
+        for number in range(len(modes)):
+            seeds[_open(surface.mask & (nearest == number), _STRIP, _MIN_SEED)] = number
+        result.append(_grow_labels(seeds, nearest.astype(np.int32), surface.mask))
+    return result
+
+
+def _find_modes(tints: Array) -> list[Array]:
+    """Finds the most frequent tints, (2,) each, among those of pixels, (N, 2); returns at least one."""
+    left = np.ones(len(tints), dtype=bool)
+    modes: list[Array] = []
+    while left.sum() >= max(_MIN_SEED, _MIN_SHARE * len(tints)) or not modes:
+        mode = find_mode(tints[left])
+        near = left & (np.linalg.norm(tints - mode, axis=1) <= _TINT_RADIUS)
+        if modes and near.sum() < max(_MIN_SEED, _MIN_SHARE * len(tints)):
+            break
+        modes.append(tints[near].mean(axis=0) if near.any() else mode)
+        left &= ~near
+    return modes
+
+
+def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> list[Labels]:
+    """Labels pixels of one tint by lightness, from 0, in each view; labels are valid within the regions only."""
+    lightness = [convert_to_lab(surface.colour)[..., 0] for surface in surfaces]
+    lit = [surface.lit & region for surface, region in zip(surfaces, regions, strict=True)]
+    pool = np.concatenate([values[mask] for values, mask in zip(lightness, lit, strict=True)])
+    modes: list[float] = []
+    left = np.ones(len(pool), dtype=bool)
+    while left.sum() >= _MIN_LIT_SEED:
+        mode = float(find_mode(np.column_stack([pool[left], np.zeros(left.sum())]), _LIGHTNESS_BIN)[0])
+        modes.append(mode)
+        left &= np.abs(pool - mode) > _LIGHTNESS_RADIUS
+    nearest = [np.argmin([np.abs(values - mode) for mode in modes or [0.0]], axis=0) for values in lightness]
+    seeds = [np.full(region.shape, _UNKNOWN, dtype=np.int32) for region in regions]
+    count = 0
+    for number in range(len(modes)):
+        cores = [
+            _open(mask & (near == number), _EDGE, _MIN_LIT_SEED) for mask, near in zip(lit, nearest, strict=True)
+        ]
+        if any(core.any() for core in cores):
+            for seed, core in zip(seeds, cores, strict=True):
+                seed[core] = count
+            count += 1
+    return [
+        spread_nearest(seed, seed != _UNKNOWN) if (seed != _UNKNOWN).any() else np.zeros_like(seed) for seed in seeds
+    ]
+
+
+def _find_core(surface: Surface) -> Mask:
+    """Finds pixels that show only the object, restricted to well-lit ones if there are enough."""
+    distance = cv2.distanceTransform(surface.mask.astype(np.uint8), cv2.DIST_L2, 5)
+    core = surface.lit & (distance >= _CORE)
+    return core if core.sum() >= _MIN_SEED else surface.mask
+
+
+def _open(mask: Mask, side: int, least: int) -> Mask:
+    """Returns the pieces of a mask that are at least as wide as a disc and have at least ``least`` pixels."""
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    return keep_large(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), least)[0]
+
+
+def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
+    """Gives every pixel of a mask its nearest seed's label; pieces without a seed keep the fallback."""
+    count, pieces = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
+    seeded = np.zeros(count, dtype=bool)
+    seeded[np.unique(pieces[seeds != _UNKNOWN])] = True
+    bare = mask & ~seeded[pieces]
+    seeds = np.where(bare, fallback, seeds)
+    return np.where(mask, spread_nearest(seeds, seeds != _UNKNOWN), _UNKNOWN).astype(np.int32)
+
+
+def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
+    """Measures the colour of a region over all views, from its well-lit interior if that is large enough."""
+    inner = [
+        cv2.erode(region.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool) & surface.lit
+        for surface, region in zip(surfaces, regions, strict=True)
+    ]
+    chosen = inner if sum(int(mask.sum()) for mask in inner) >= _MIN_SEED // 2 else regions
+    colours = np.concatenate([surface.colour[mask] for surface, mask in zip(surfaces, chosen, strict=True)])
+    red, green, blue = (float(value) for value in np.median(colours, axis=0))
+    low, high = np.percentile(convert_to_lab(colours)[:, 0], [25.0, 75.0])
+    lightness_sd = float(np.hypot(LIGHTNESS_SD, _PER_QUARTILES * (high - low)))
+    return Look((red, green, blue), lightness_sd)

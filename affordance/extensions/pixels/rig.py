@@ -1,0 +1,160 @@
+"""Setup in which an object is observed: a plain stand, lamps, and a camera above.
+
+Frames: W is in the middle of the stand's top, with Wz up; C is the camera's, high above Wo, with Cx along Wx and Cy
+along -Wy. The object, with frame T, lies on the stand in its given orientation, with its bounding box in the middle
+of the picture and its lowest point on the top. The setup has its own Diagram because the picture is taken before the
+hand takes the object (docs/decisions/0015-vision-from-pixels.md).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake import geometry
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.sensors import CameraInfo, RgbdSensor
+
+from affordance.arrays import Array
+from affordance.drake.renderer import make_renderer
+from affordance.extensions.pixels.rgbd import Camera, Picture
+from affordance.objects.colour import Colour
+from affordance.objects.drake_geometry import make_drawn_shape
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Tool, find_box
+
+_RENDERER = "vtk"
+# Size of the stand, which covers more than the picture; its thickness is not visible, [m].
+_STAND_SIZE = (1.6, 1.4, 0.02)
+# Drake draws an ellipsoid as a polyhedron with its corners on the surface, which is 0.13 % too small on average
+# (tests/extensions/pixels/test_rig.py); ellipsoids are enlarged by this factor to compensate.
+_FACETS = 1.0013
+
+
+class Lamp(NamedTuple):
+    """Lamp of parallel light; its intensity is the radiance of a white surface facing it, relative to saturation."""
+
+    direction_C: tuple[float, float, float]
+    intensity: float
+
+
+def _tilt_lamp(azimuth_deg: float) -> tuple[float, float, float]:
+    """Computes the direction of the light from a lamp half-way between the camera and the horizon."""
+    azimuth = np.radians(azimuth_deg)
+    x, y = np.sqrt(0.5) * np.cos(azimuth), np.sqrt(0.5) * np.sin(azimuth)
+    return float(x), float(y), float(np.sqrt(0.5))
+
+
+# One lamp at the camera and four around it, so that no side visible to the camera is dark; together they do not quite
+# saturate a white surface that faces the camera: 0.5 + 4 x 0.17 x cos(45 degrees) = 0.98.
+LAMPS = (Lamp((0.0, 0.0, 1.0), 0.5), *(Lamp(_tilt_lamp(azimuth), 0.17) for azimuth in (0.0, 90.0, 180.0, 270.0)))
+
+
+def compute_shading(normals_C: Array) -> Array:
+    """Computes a white surface's radiance relative to saturation, (N,), for outward normals in C, (N, 3)."""
+    shading = np.zeros(len(normals_C))
+    for lamp in LAMPS:
+        shading += lamp.intensity * np.maximum(0.0, -normals_C @ np.array(lamp.direction_C))
+    return shading
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Stand of a given colour with a camera at a height above its top, [m]."""
+
+    camera: Camera = Camera()
+    # The picture shows 0.98 by 0.73 m, and objects less than 0.4 m high are further away than 0.5 m, the least
+    # distance at which the first Kinect measures depth.
+    height: float = 0.9
+    # Dark grey: bright objects differ from it.
+    colour: Colour = (0.2, 0.2, 0.2)
+
+    @property
+    def X_WC(self) -> Array:
+        """Pose of the camera, shape (4, 4)."""
+        X_WC = np.diag([1.0, -1.0, -1.0, 1.0])
+        X_WC[2, 3] = self.height
+        return X_WC
+
+    def place(self, tool: Tool) -> Array:
+        """Computes the pose X_WT, (4, 4), in which an object is presented; the arm knows this pose."""
+        low, high = find_box(tool.components)
+        X_WT = np.eye(4)
+        X_WT[:2, 3] = -0.5 * (low + high)[:2]
+        X_WT[2, 3] = -low[2]
+        return X_WT
+
+    def compute_camera_pose(self, tool: Tool) -> Array:
+        """Computes the camera's pose X_TC, (4, 4), relative to an object as it is presented."""
+        return np.linalg.inv(self.place(tool)) @ self.X_WC
+
+
+DEFAULT_RIG = Rig()
+
+
+def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
+    """Builds the Diagram of an object on the stand: ``scene_graph`` and ``camera``, whose images are its outputs."""
+    builder = DiagramBuilder()
+    scene_graph = geometry.SceneGraph()
+    builder.AddNamedSystem("scene_graph", scene_graph)
+    lights = [
+        geometry.LightParameter(type="directional", frame="camera", direction=direction, intensity=intensity)
+        for direction, intensity in LAMPS
+    ]
+    scene_graph.AddRenderer(_RENDERER, make_renderer(geometry.RenderEngineVtkParams(lights=lights)))
+    source = scene_graph.RegisterSource("stand")
+
+    def show(shape: Any, X: Array, name: str, colour: Colour, label: geometry.RenderLabel) -> None:
+        instance = geometry.GeometryInstance(RigidTransform(X), shape, name)
+        properties = geometry.PerceptionProperties()
+        properties.AddProperty("phong", "diffuse", geometry.Rgba(*colour))
+        properties.AddProperty("label", "id", label)
+        instance.set_perception_properties(properties)
+        scene_graph.RegisterAnchoredGeometry(source, instance)
+
+    X_stand = np.eye(4)
+    X_stand[2, 3] = -0.5 * _STAND_SIZE[2]
+    show(geometry.Box(*_STAND_SIZE), X_stand, "stand", rig.colour, geometry.RenderLabel.kDontCare)
+    X_WT = rig.place(tool)
+    for i, part in enumerate(tool.components):
+        shape = part.shape.with_sizes(_FACETS * part.shape.sizes) if isinstance(part.shape, Ellipsoid) else part.shape
+        show(make_drawn_shape(shape), X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, geometry.RenderLabel(i))
+
+    camera = rig.camera
+    # The origin of pixel coordinates is a pixel's corner in Drake's renderer (found with a symmetric object, see its
+    # tests) and a pixel's centre in this module.
+    centre_x, centre_y = (coordinate + 0.5 for coordinate in camera.centre)
+    intrinsics = CameraInfo(camera.width, camera.height, camera.focal_length, camera.focal_length, centre_x, centre_y)
+    core = geometry.RenderCameraCore(_RENDERER, intrinsics, geometry.ClippingRange(0.05, 5.0), RigidTransform())
+    sensor = RgbdSensor(
+        geometry.SceneGraph.world_frame_id(),
+        RigidTransform(rig.X_WC),
+        geometry.ColorRenderCamera(core),
+        geometry.DepthRenderCamera(core, geometry.DepthRange(0.1, 4.0)),
+    )
+    builder.AddNamedSystem("camera", sensor)
+    builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+    builder.ExportOutput(sensor.color_image_output_port(), "colour")
+    builder.ExportOutput(sensor.depth_image_32F_output_port(), "depth")
+    builder.ExportOutput(sensor.label_image_output_port(), "labels")
+    diagram = builder.Build()
+    diagram.set_name("presentation")
+    return diagram
+
+
+def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
+    """Renders a noise-free picture of an object on the stand; arguments as for ``build_rig_diagram``."""
+    depth, colour = render_images(tool, rig, ("depth", "colour"))
+    depth = depth[:, :, 0].astype(float)
+    depth[~np.isfinite(depth)] = 0.0
+    return Picture(colour[:, :, :3].copy(), depth)
+
+
+def render_images(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[Any]]:
+    """Renders the images of the camera's output ports of the given names."""
+    diagram = build_rig_diagram(tool, rig)
+    context = diagram.CreateDefaultContext()
+    images: list[Any] = [diagram.GetOutputPort(name).Eval(context) for name in names]
+    return [np.array(image.data) for image in images]

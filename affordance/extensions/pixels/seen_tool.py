@@ -1,0 +1,173 @@
+"""Measures features of objects of any form from pictures: looks, and for each look a solid with its error.
+
+A solid consists of columns between two sides, minus the hollows that four more views show. What a camera cannot see,
+such as a cavity or a core of another material, is included in the stated error, whose size was determined on ten
+tools (docs/decisions/0015-vision-from-pixels.md, which also lists the other reconstructions that the study of tools
+compares).
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import SeeingError
+from affordance.extensions.pixels.camera_sensor import (
+    UPRIGHT,
+    CameraSensor,
+    Photograph,
+    find_presented_pose,
+    get_camera_sensor,
+    get_turning_stand,
+    needs_turning,
+)
+from affordance.extensions.pixels.columns import Side, View, build_columns, carve
+from affordance.extensions.pixels.looks import COLOUR_SD, Look, find_looks
+from affordance.extensions.pixels.rig import Rig
+from affordance.extensions.pixels.sensor_noise import SensorNoise
+from affordance.extensions.pixels.surface import Surface, find_silhouette, measure_surface
+from affordance.files.constraints import Setting
+from affordance.objects.array_solids import ColumnSolid
+from affordance.objects.inertia import Shape
+from affordance.objects.tool import Tool
+from affordance.objects.tool_entries import build_pose
+from affordance.vision.features import ComponentFeatures
+
+_MEASURED = "errors over the ten learning tools at their true densities (docs/decisions/0015-vision-from-pixels.md)"
+
+
+class SolidError(NamedTuple):
+    """Errors of the solids that a method reconstructs.
+
+    Attributes:
+        bias: Mean of the logarithm of the ratio of estimated to true volume.
+        log_volume_sd: Standard deviation of this logarithm about its mean.
+        place_sd: Standard deviation of each coordinate of a part's centroid, as a fraction of its length along that
+            axis.
+    """
+
+    bias: Annotated[float, Setting("1", _MEASURED)]
+    log_volume_sd: Annotated[float, Setting("1", _MEASURED)]
+    place_sd: Annotated[float, Setting("1", _MEASURED)]
+
+
+# Standard deviations are chosen so that a normal distribution's 90 % interval ends at the 90th percentile of the
+# absolute errors. Most of the error comes from one hollow tool, so the root mean square would be too small at 90 %
+# and too large otherwise.
+ERROR = SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011)
+
+
+class SeenTool(NamedTuple):
+    """Looks of an object, views from one side or both sides, and views along further axes."""
+
+    looks: tuple[Look, ...]
+    views: tuple[View, ...]
+    sides: tuple[Side, ...] = ()
+
+    def compute_features(self, X_TP: Array) -> tuple[ComponentFeatures, ...]:
+        """Computes the features of the parts in T, given the pose X_TP, (4, 4), in which the object was presented."""
+        parts = self.centre(carve(build_columns(*self.views), self.sides), ERROR)
+        return tuple(describe_solid(look, solid, build_pose(p_PEo), X_TP, ERROR) for look, solid, p_PEo in parts)
+
+    def centre(
+        self, solids: Mapping[int, ColumnSolid], error: SolidError
+    ) -> Iterator[tuple[Look, ColumnSolid, Array]]:
+        """Yields each look, its solid, corrected for bias and with Eo at the centroid, and p_PEo, (3,), [m]."""
+        for number, solid in solids.items():
+            middle = solid.ends.mean(axis=1, keepdims=True)
+            ends = middle + np.exp(-error.bias) * (solid.ends - middle)
+            yield self.looks[number], *ColumnSolid(solid.places, solid.areas, ends).centre()
+
+
+def detect_tool(
+    photographs: Sequence[Photograph],
+    rig: Rig,
+    noise: SensorNoise,
+    sides: Sequence[tuple[Photograph, Photograph]] = (),
+) -> SeenTool:
+    """Detects an object's looks and form in pictures from one side or two, and from further sides if given.
+
+    Raises the errors of ``find_silhouette``.
+    """
+    surfaces = [_measure(each, rig, noise) for each in photographs]
+    found = find_looks(surfaces)
+    views = tuple(
+        View(surface, labels, rig.camera, photograph.X_PC)
+        for surface, labels, photograph in zip(surfaces, found.labels, photographs, strict=True)
+    )
+    seen = []
+    for R, pair in zip(UPRIGHT, sides, strict=bool(sides)):
+        above, below = (_measure_form(each, rig, noise) for each in pair)
+        seen.append(Side(R, (above, below)))
+    return SeenTool(found.looks, views, tuple(seen))
+
+
+def _measure(photograph: Photograph, rig: Rig, noise: SensorNoise) -> Surface:
+    mask = find_silhouette(photograph.picture, photograph.stand_depth, noise)
+    return measure_surface(photograph.picture, mask, rig.camera)
+
+
+def _measure_form(photograph: Photograph, rig: Rig, noise: SensorNoise) -> View:
+    surface = _measure(photograph, rig, noise)
+    return View(surface, np.zeros(surface.mask.shape, dtype=np.int32), rig.camera, photograph.X_PC)
+
+
+def observe_tool(tool: Tool, stand: CameraSensor, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
+    """Observes an object on the stand and returns the features of its parts; raises the errors of ``detect_tool``."""
+    photographs, sides = stand.take_pictures(tool, rng), stand.take_sides(tool, rng)
+    seen = detect_tool(photographs, stand.rig, stand.noise, sides)
+    return give_strikes(seen.compute_features(find_presented_pose(tool)), tool)
+
+
+def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
+    """Measures features from one picture if an object is composed of ellipsoids, otherwise from six."""
+    try:
+        if needs_turning(tool):
+            return observe_tool(tool, get_turning_stand(), rng)
+        return get_camera_sensor().observe(tool, rng)
+    except SeeingError as failure:
+        raise type(failure)(f"{tool.name}: {failure.reason}", failure.colour, failure.depth) from failure
+
+
+def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:
+    """Converts a solid to features in T; deformations are the errors of thickness along Pz and of position in P.
+
+    Eo is at the solid's centroid; poses X_PE and X_TP have shape (4, 4).
+    """
+    deformations = np.zeros((4, 4, 4))
+    deformations[0, 2, 2] = error.log_volume_sd
+    deformations[0, 2, 3] = -error.log_volume_sd * X_PE[2, 3]
+    for axis, direction in enumerate(np.eye(3)):
+        along = X_PE[:3, :3].T @ direction
+        deformations[1 + axis, axis, 3] = (
+            error.place_sd * along @ (shape.find_support(along) - shape.find_support(-along))
+        )
+    return ComponentFeatures(
+        look.colour,
+        shape,
+        X_TP @ X_PE,
+        colour_sd=COLOUR_SD,
+        lightness_sd=look.lightness_sd,
+        deformations=X_TP @ deformations @ np.linalg.inv(X_TP),
+    )
+
+
+def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[ComponentFeatures, ...]:
+    """Assigns the tool's striking faces, which are known without measurement, to the closest parts."""
+    seen = list(features)
+    for part in tool.components:
+        for face in part.strikes:
+            p_TQ, normal_T = face.express(part.X_TE)
+            nearest = min(range(len(seen)), key=lambda k: _measure_gap(seen[k].shape, seen[k].X_TE, p_TQ))
+            X_ET = np.linalg.inv(seen[nearest].X_TE)
+            moved = replace(face, p_EQ=X_ET[:3, :3] @ p_TQ + X_ET[:3, 3], normal_E=X_ET[:3, :3] @ normal_T)
+            seen[nearest] = replace(seen[nearest], strikes=(*seen[nearest].strikes, moved))
+    return tuple(seen)
+
+
+def _measure_gap(shape: Shape, X_TE: Array, p_TQ: Array) -> float:
+    """Computes how far a point is outside a part's surface, seen from its centroid; negative inside, [m]."""
+    p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
+    return float(np.linalg.norm(p_EQ) - p_EQ @ shape.find_support(p_EQ) / np.linalg.norm(p_EQ))

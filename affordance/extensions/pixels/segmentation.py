@@ -1,0 +1,263 @@
+"""Segments a picture into the object and its parts.
+
+The object is everything nearer to the camera than the stand. Within it, regions of one tint are parts, regardless of
+shading. A region of one tint that has a waist consists of several parts of the same colour. The renderer's labels are
+not used.
+"""
+
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array, Mask
+from affordance.exceptions import (
+    NoDepthError,
+    NothingSeenError,
+    OneColourError,
+    OutOfViewError,
+    TooSmallError,
+    UnusablePictureError,
+)
+from affordance.extensions.pixels.rgbd import Labels, Picture
+from affordance.extensions.pixels.sensor_noise import STAND_ERROR, SensorNoise
+from affordance.objects.colour import compute_tints
+
+# Least number of pixels of a part: a fit of nine numbers needs several times as many readings inside the rim, which
+# is three pixels wide. A disc of twelve pixels' diameter has this number.
+MIN_PIXELS = 110
+# A depth reading shows the object if it is nearer than the stand by this number of standard deviations. By chance one
+# pixel in 30,000 of the stand is so near; such specks are removed.
+_NUM_SDS = 4.0
+# Least fraction of the picture that must have depth readings.
+_MIN_READABLE = 0.5
+# Sides of the median and mean filters that denoise colours, and the reach of both together, which is how far the
+# stand's colour spreads into the object, [pixels].
+_MEDIAN_SIDE, _MEAN_SIDE, _SMOOTHING = 5, 3, 3
+# Distance of tints beyond which they belong to two materials (colours ten units apart differ visibly), and bin width
+# of the histogram in which the most frequent tints are found, [CIELAB].
+_TINT_RADIUS, _TINT_BIN = 10.0, 2.0
+# Brightness relative to saturation below which the distance must grow: there it is less than four standard deviations
+# of the tint noise of a smoothed grey (0.7 divided by the root of the brightness).
+_LIT = 0.08
+# Width below which a strip is a mixture of the colours of two parts, not a part itself, [pixels].
+_STRIP = 5
+# A region has a waist if it falls into pieces when a rim is removed whose width is at most this fraction of each
+# piece's largest distance from the rim.
+_WAIST = 0.7
+# Least width of the rim that is removed to find waists, [pixels], and number of widths that are tried.
+_LEAST_WAIST, _NUM_LEVELS = 1.5, 24
+_UNKNOWN = -1
+
+
+class Segmentation(NamedTuple):
+    """Index of the part that each pixel shows, (height, width), -1 where it shows none, and number of parts."""
+
+    labels: Labels
+    num_parts: int
+
+
+def check_picture(picture: Picture) -> None:
+    """Checks that a picture is usable.
+
+    Raises:
+        UnusablePictureError: Colour and depth do not match, or are too small.
+        NoDepthError: Depth readings are not finite, or too few.
+        OneColourError: All pixels have the same colour.
+    """
+    colour, depth = picture
+    if colour.ndim != 3 or colour.shape[2] != 3 or colour.dtype != np.uint8 or depth.shape != colour.shape[:2]:
+        problem = f"colour is {colour.shape} of {colour.dtype} and depth {depth.shape}"
+        raise UnusablePictureError(f"{problem}, must be (height, width, 3) of uint8 and (height, width)", *picture)
+    if depth.size < MIN_PIXELS:
+        size = f"{depth.shape[1]}x{depth.shape[0]}"
+        raise UnusablePictureError(f"the picture has {size} pixels, must have at least {MIN_PIXELS}", *picture)
+    if not np.isfinite(depth).all():
+        count = int((~np.isfinite(depth)).sum())
+        raise NoDepthError(f"{count} of {depth.size} depth readings are not finite, all must be finite", *picture)
+    readable = float((depth > 0.0).mean())
+    if readable < _MIN_READABLE:
+        reason = f"{100 * readable:.0f} % of the picture has depth, must be at least {100 * _MIN_READABLE:.0f} %"
+        raise NoDepthError(reason, *picture)
+    if (colour == colour[0, 0]).all():
+        raise OneColourError(f"all pixels have the colour {tuple(int(c) for c in colour[0, 0])}", *picture)
+
+
+def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segmentation:
+    """Segments the object into its parts; the stand's top is at stand_depth, [m].
+
+    Raises:
+        SeeingError: The picture fails ``check_picture``, nothing is nearer than the stand (NothingSeenError), the
+            object reaches the edge (OutOfViewError), or it or a part covers too few pixels (TooSmallError).
+    """
+    check_picture(picture)
+    object_mask = find_object(picture, stand_depth, noise)
+    labels = np.full(object_mask.shape, _UNKNOWN, dtype=np.int32)
+    window = find_window(object_mask, room=2 * _SMOOTHING)
+    within, seen = labels[window], object_mask[window]
+    median = cv2.medianBlur(np.ascontiguousarray(picture.colour[window]), _MEDIAN_SIDE)
+    smooth = cv2.blur((median / 255.0).astype(np.float32), (_MEAN_SIDE, _MEAN_SIDE))
+    num_parts = 0
+    regions = _split_by_tint(seen, smooth)
+    if not regions:
+        reason = f"fewer than {MIN_PIXELS // 4} connected pixels of one tint are nearer than the stand"
+        raise TooSmallError(f"{reason}, without the object's rim of {_SMOOTHING} pixels", *picture)
+    for region in regions:
+        for part in _split_at_waists(region):
+            within[part] = num_parts
+            num_parts += 1
+    for number in range(num_parts):
+        count = int((labels == number).sum())
+        if count < MIN_PIXELS:
+            raise TooSmallError(f"a part covers {count} pixels, must cover at least {MIN_PIXELS}", *picture)
+    return Segmentation(labels, num_parts)
+
+
+def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
+    """Finds the pixels that are nearer than the stand, (height, width); see ``segment`` for arguments and errors."""
+    threshold = (
+        stand_depth - STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
+    )
+    # Readings are missing on strongly inclined surfaces, such as the object's near its outline, but never on the
+    # stand.
+    near = picture.depth < threshold
+    mask = cv2.medianBlur(near.astype(np.uint8), 3)
+    if not mask.any():
+        raise NothingSeenError(f"nothing is nearer than the stand, {stand_depth:g} m from the camera", *picture)
+    found, largest = keep_large(mask, MIN_PIXELS)
+    if not found.any():
+        reason = f"the object nearer than the stand covers {largest} pixels, must cover at least {MIN_PIXELS}"
+        raise TooSmallError(reason, *picture)
+    check_edge(found, picture)
+    return found
+
+
+def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
+    """Returns the connected pieces of at least ``least`` pixels in a mask, and the size of the largest piece."""
+    _, pieces, statistics, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    sizes = statistics[1:, cv2.CC_STAT_AREA]
+    kept: Mask = np.isin(pieces, 1 + np.flatnonzero(sizes >= least))
+    return kept, int(sizes.max(initial=0))
+
+
+def check_edge(mask: Mask, picture: Picture) -> None:
+    """Raises an OutOfViewError for an object that reaches the picture's edge."""
+    count = int(np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]]).sum())
+    if count:
+        raise OutOfViewError(f"the object covers {count} pixels of the picture's edge, must cover none", *picture)
+
+
+def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
+    """Gives every pixel the value of the nearest known pixel, (height, width); at least one must be known."""
+    _, nearest = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    owner = np.zeros(int(nearest.max()) + 1, dtype=np.intp)
+    owner[nearest[known]] = np.flatnonzero(known)
+    spread: NDArray[T] = values.ravel()[owner[nearest]]
+    return spread
+
+
+def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
+    """Computes the rows and columns of a non-empty mask and a margin around it, [pixels], clipped to the picture."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return (
+        slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
+        slice(max(0, int(columns[0]) - room), int(columns[-1]) + room + 1),
+    )
+
+
+def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
+    """Splits a mask into regions of one tint, beginning with the most frequent tint of well-lit pixels.
+
+    Returns no regions if the object is so small or narrow that the stand's colour is mixed into all of it.
+    """
+    side = 2 * _SMOOTHING + 1
+    core = cv2.erode(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
+    core = core if core.any() else mask
+    points, brightness = compute_tints(colour[core]), colour[core].max(axis=1)
+    lit = brightness >= _LIT
+    radius = _TINT_RADIUS * np.sqrt(np.maximum(1.0, _LIT / np.maximum(brightness, 1.0 / 255.0)))
+    left = np.ones(len(points), dtype=bool)
+    modes: list[Array] = []
+    while left.sum() >= MIN_PIXELS // 4:
+        pool = left & lit if (left & lit).sum() >= MIN_PIXELS // 4 else left
+        mode = find_mode(points[pool])
+        near = np.linalg.norm(points - mode, axis=1) <= radius
+        if (near & pool).sum() < MIN_PIXELS // 4:
+            break
+        modes.append(points[near & pool].mean(axis=0))
+        left &= ~near
+    if not modes:
+        return []
+    nearest = np.argmin([np.linalg.norm(points - mode, axis=1) for mode in modes], axis=0)
+    seeds = np.zeros(mask.shape, dtype=np.int32)
+    seeds[core] = nearest + 1
+    regions = []
+    for number in range(1, len(modes) + 1):
+        # Strips between two parts are removed because colours mix there.
+        one = cv2.morphologyEx(
+            (seeds == number).astype(np.uint8), cv2.MORPH_OPEN, np.ones((_STRIP, _STRIP), np.uint8)
+        )
+        count, pieces, statistics, _ = cv2.connectedComponentsWithStats(one, connectivity=4)
+        regions += [pieces == k for k in range(1, count) if statistics[k, cv2.CC_STAT_AREA] >= MIN_PIXELS // 4]
+    return _grow(regions, mask) if regions else []
+
+
+def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
+    """Computes the mode, (2,), of points in a plane, (N, 2), such as tints, from a histogram."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    shape = np.maximum(1, np.ceil((high - low) / bin_width)).astype(int) + 1
+    index = ((points - low) / bin_width).astype(int)
+    counts = np.zeros(shape)
+    np.add.at(counts, tuple(index.T), 1.0)
+    peak = np.unravel_index(np.argmax(cv2.GaussianBlur(counts, (5, 5), 1.0)), counts.shape)
+    return low + (np.array(peak) + 0.5) * bin_width
+
+
+def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
+    """Assigns every pixel of a mask to the nearest of the regions inside it."""
+    seeds = np.zeros(mask.shape, dtype=np.int32)
+    for number, region in enumerate(regions):
+        seeds[region & mask] = number + 1
+    owners = spread_nearest(seeds, seeds > 0)
+    return [mask & (owners == number + 1) for number in range(len(regions))]
+
+
+def _split_at_waists(region: Mask) -> list[Mask]:
+    """Splits a region into convex pieces; returns the region itself if it has no waist."""
+    window = find_window(region, room=2)
+    small = region[window].astype(np.uint8)
+    distance = cv2.distanceTransform(small, cv2.DIST_L2, 5)
+    cores = _find_cores(distance)
+    if len(cores) < 2:
+        return [region]
+    markers = np.zeros(small.shape, dtype=np.int32)
+    for number, core in enumerate(cores):
+        markers[core] = number + 1
+    # Distance from a core is divided by the core's radius, so that two touching ellipsoids of unequal thickness are
+    # split at their waist.
+    ways = [
+        cv2.distanceTransform((markers != number + 1).astype(np.uint8), cv2.DIST_L2, 5) / distance[core].max()
+        for number, core in enumerate(cores)
+    ]
+    nearest = np.argmin(ways, axis=0)
+    pieces = []
+    for number in range(len(cores)):
+        piece = np.zeros_like(region)
+        piece[window] = (nearest == number) & (small > 0)
+        pieces.append(piece)
+    return pieces
+
+
+def _find_cores(distance: NDArray[Any]) -> list[Mask]:
+    """Finds the core of each piece of a region, given the distance of each pixel from the rim."""
+    best: list[Mask] = []
+    for level in np.geomspace(_LEAST_WAIST, 0.9 * max(float(distance.max()), 2.0 * _LEAST_WAIST), _NUM_LEVELS):
+        count, labels = cv2.connectedComponents((distance > level).astype(np.uint8), connectivity=8)
+        cores = [labels == k for k in range(1, count)]
+        cores = [core for core in cores if level <= _WAIST * distance[core].max() and core.sum() >= 9]
+        if len(cores) > len(best):
+            best = cores
+    return best

@@ -1,0 +1,1 @@
+"""Import of any arm from its file."""

@@ -1,0 +1,177 @@
+"""Checks of an arm's links and joints: one message reports all faults and the options that fix them."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody
+from pydrake.systems.framework import Context
+
+from affordance.exceptions import BadValueError
+from affordance.extensions.robots.chain import FEWEST_JOINTS, Chain
+from affordance.extensions.robots.description import JointNotes
+from affordance.extensions.robots.tree import RobotTree
+
+# An impossible inertia of a link is negligible if the link has less than this fraction of the arm's mass, and of the
+# arm's largest moment of inertia about its base: 1 % of what the motors move.
+_HARDLY = 0.01
+
+
+class _Fault(NamedTuple):
+    element: str  # ``joint`` or ``link``
+    name: str
+    problem: str
+    way_out: str = ""  # options that fix it; empty if there are none
+
+
+class JointLimits(NamedTuple):
+    """Limits of a joint: the user's where given, otherwise the file's."""
+
+    effort: float | None  # torque limit, [N m]; None if there is none
+    velocity: float  # [rad/s]
+    damping: float  # [N m s/rad]
+    rotor_inertia: float  # [kg m^2]
+
+
+def find_limits(
+    joint: RevoluteJoint,
+    notes: JointNotes,
+    given: Mapping[str, Mapping[str, float]],
+    *,
+    has_damping: bool,
+) -> JointLimits:
+    """Combines a joint's limits from the file with the user's, which take precedence.
+
+    ``given`` maps the kind of limit to values by joint name; the empty name applies to every joint.
+    """
+    name = joint.name()
+
+    def find(kind: str) -> float | None:
+        return given[kind].get(name, given[kind].get(""))
+
+    effort, velocity, rotor = find("effort"), find("velocity"), find("rotor_inertia")
+    of_file = float(joint.velocity_upper_limits()[0]) if notes.velocity is None else notes.velocity
+    damping = notes.damping or float(joint.default_damping())
+    return JointLimits(
+        effort=notes.effort if effort is None else effort,
+        velocity=of_file if velocity is None else velocity,
+        damping=damping if has_damping else 0.0,
+        rotor_inertia=notes.rotor_inertia if rotor is None else rotor,
+    )
+
+
+def check_arm(
+    tree: RobotTree,
+    chain: Chain,
+    context: Context,
+    groups: Sequence[Sequence[RigidBody]],
+    limits: Mapping[str, JointLimits] | None = None,
+    *,
+    mends: bool = False,
+    carries: bool = False,
+) -> tuple[str, ...]:
+    """Checks the moving links of an arm, and its joints if limits are given; returns names of corrected links.
+
+    A negligible inertia that no solid can have is replaced by the nearest possible one; with ``mends``, any such
+    inertia is. With ``carries``, links whose weight the simulator compensates (gravcomp) are accepted. All other
+    faults raise a single BadValueError.
+    """
+    bodies = [body for group in groups for body in group]
+    heavy = [body for body in bodies if tree.key(body) in tree.description.mended and not mends]
+    heavy = [body for body in heavy if _matters(tree, chain, context, bodies, body)]
+    faults = [*_list_link_faults(tree, bodies, heavy, carries=carries)]
+    if not faults and not sum(body.default_mass() for body in bodies) > 0.0:
+        another = "another file of this robot, such as one for a simulator, may have them"
+        faults.append(_Fault("", "", "has no mass for any link of the arm, must have inertias (<inertial>)", another))
+    if limits is not None:
+        faults += [fault for joint in chain.joints for fault in _list_joint_faults(tree, chain, joint, limits)]
+    if faults:
+        raise _describe(tree, faults)
+    return tuple(tree.key(body) for body in bodies if tree.key(body) in tree.description.mended)
+
+
+def _matters(tree: RobotTree, chain: Chain, context: Context, bodies: Sequence[RigidBody], body: RigidBody) -> bool:
+    """Returns True if an impossible inertia of one link is too large a part of the arm's to be negligible."""
+    written = tree.description.mended[tree.key(body)][1]
+    solid = [each.index() for each in bodies if each.default_mass() > 0.0]
+    if not solid:
+        return True
+    total = tree.plant.CalcSpatialInertia(context, chain.base.body_frame(), solid)
+    largest = float(total.CalcRotationalInertia().get_moments().max())
+    return (
+        not 0.0 < written.mass <= _HARDLY * float(total.get_mass())  # a link without a mass may have any mass
+        or float(np.abs(written.moments).max()) > _HARDLY * largest
+    )
+
+
+def _list_link_faults(
+    tree: RobotTree, bodies: Sequence[RigidBody], heavy: Sequence[RigidBody], *, carries: bool
+) -> Iterator[_Fault]:
+    for body in bodies:
+        if fault := tree.description.faults.get(tree.key(body)):
+            yield _Fault("link", body.name(), f"{fault}; it is part of the arm")
+    for body in heavy:
+        fault, written = tree.description.mended[tree.key(body)]
+        way_out = "--mend-inertia of import-arm uses the nearest possible one"
+        if written.mass <= 0.0:
+            way_out = "--mend-inertia of import-arm treats it as massless"
+        yield _Fault("link", body.name(), f"{fault}; it is part of the arm", way_out)
+    for body in bodies if not carries else ():
+        if share := tree.description.carried.get(tree.key(body)):
+            problem = f"has a gravcomp of {share:g}: MuJoCo carries its weight, but the motors must carry it"
+            yield _Fault("link", body.name(), problem, "--gravcomp none ignores gravcomp")
+
+
+def _list_joint_faults(
+    tree: RobotTree, chain: Chain, joint: Joint, limits: Mapping[str, JointLimits]
+) -> Iterator[_Fault]:
+    name, of_joint = joint.name(), limits[joint.name()]
+    if fault := tree.note(joint).fault:
+        yield _Fault("joint", name, fault)
+        return
+    low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
+    if not low < high:
+        yield _Fault("joint", name, f"has position limits from {low:g} to {high:g} rad, must be a range")
+    if of_joint.effort is None or not of_joint.effort > 0.0:
+        found = "has no torque limit (effort), must have one of more than 0 N m"
+        if of_joint.effort is not None:
+            found = f"has a torque limit (effort) of {of_joint.effort:g} N m, must be more than 0"
+        lacking = [k for k, each in enumerate(chain.joints) if not (limits[each.name()].effort or 0.0) > 0.0]
+        yield _Fault("joint", name, found, _suggest("--effort", "limits (N m)", chain, lacking))
+    if not of_joint.velocity > 0.0:
+        found = f"has a velocity limit of {of_joint.velocity:g} rad/s, must be more than 0"
+        slow = [k for k, each in enumerate(chain.joints) if not limits[each.name()].velocity > 0.0]
+        yield _Fault("joint", name, found, _suggest("--velocity", "limits (rad/s)", chain, slow))
+    if of_joint.damping < 0.0:
+        found = f"has a damping of {of_joint.damping:g} N m s/rad, must be at least 0"
+        yield _Fault("joint", name, found, "--damping none omits damping")
+    if of_joint.rotor_inertia < 0.0:
+        found = f"has a rotor inertia of {of_joint.rotor_inertia:g} kg m^2, must be at least 0"
+        yield _Fault("joint", name, found, f"--rotor-inertia {name}=VALUE sets it (kg m^2)")
+
+
+def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> str:
+    """Suggests options that supply missing limits; ``lacking`` are the joints' places on the chain."""
+    names = [f"{chain.joints[k].name()}=VALUE" for k in lacking]
+    given = "VALUE" if len(lacking) == len(chain.joints) else " ".join(names)
+    ways = f"{option} {given} sets {unit}"
+    below = len(chain.joints) - len(lacking)
+    if list(lacking) == list(range(len(lacking))) and below >= FEWEST_JOINTS:
+        ways += f", --base {chain.joints[lacking[-1]].child_body().name()} leaves out the joints below it"
+    return ways
+
+
+def _describe(tree: RobotTree, faults: Sequence[_Fault]) -> BadValueError:
+    """Describes all faults in one message, grouped by kind, each kind with the options that fix it."""
+    kinds: dict[tuple[str, str, str], list[str]] = {}
+    for fault in faults:
+        kinds.setdefault((fault.element, fault.problem, fault.way_out), []).append(fault.name)
+    parts = []
+    for (element, problem, way_out), names in kinds.items():
+        where = f"{element} {names[0]}".strip()
+        also = f" (so {'does' if len(names) == 2 else 'do'} {', '.join(names[1:])})" if len(names) > 1 else ""
+        parts.append((where, f"{problem}{also}{f'; {way_out}' if way_out else ''}"))
+    (where, first), *others = parts
+    return BadValueError(
+        tree.description.path, where, "; ".join([first, *(": ".join(filter(None, each)) for each in others)])
+    )

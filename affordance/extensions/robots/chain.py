@@ -1,0 +1,301 @@
+"""Finds the joints of an arm, from its tip up to its base, and the ends of limbs, each of which can be a tip.
+
+A limb is a series of joints up to the next branch; fingers are limbs at the end of another limb.
+"""
+
+import difflib
+import re
+from typing import NamedTuple
+
+from pydrake.multibody.tree import BodyIndex, Frame, Joint, RevoluteJoint, RigidBody
+
+from affordance.exceptions import BadValueError
+from affordance.extensions.robots.tree import RobotTree
+
+# Fewest moving joints in series that count as another limb; a single joint is a neck or a gripper's finger.
+_LIMB = 2
+# An arm may begin below an unsuitable joint if it has at least this many joints; otherwise that joint is an error.
+FEWEST_JOINTS = 3
+# Words in names of frames where an arm holds objects, the likeliest first (tool0 is ROS-Industrial's).
+_TOOL_WORDS = (
+    "tcp",
+    "tool",
+    "grasp|grip",
+    "^ee|_ee|eef|end_?effector",
+    "flange",
+    "attach",
+    "hand|palm",
+    "(^|_)end(_|$)",
+)
+# Words in the names of sensors that are mounted next to the tool frame, and of parts of grippers.
+_ASIDE = re.compile("cam|sensor|optical|imu|finger|jaw|servo", re.IGNORECASE)
+_FOR_TOOLS = re.compile("|".join(_TOOL_WORDS), re.IGNORECASE)
+# Largest number of names listed, for one limb and in total.
+_OF_A_LIMB, _LISTED = 3, 12
+
+
+# Verbs for joints that are not revolute, by Drake's joint type.
+_MOVES = {
+    "prismatic": "slides",
+    "quaternion_floating": "floats",
+    "rpy_floating": "floats",
+    "planar": "slides in a plane",
+}
+
+
+class Chain(NamedTuple):
+    """Joints of an arm or limb."""
+
+    base: RigidBody  # body at the upper end of the joints, which is fixed to the world
+    joints: tuple[RevoluteJoint, ...]  # joints from base to tip, all revolute
+    tip: Frame
+    why_base: str  # reason for this base, in words
+    # Unsuitable joint that ended the search before the base, and the reason; None if there is none.
+    obstacle: tuple[Joint, str] | None = None
+    above: str = ""  # sentence about the moving joint above the base that cannot be part of the arm, if there is one
+
+
+def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
+    """Finds the joints between tip and base.
+
+    Without a given base, the arm begins below the first prismatic or floating joint, or at the first link that
+    carries another limb, or else at the robot's root.
+
+    Raises:
+        BadValueError: A name is unknown, the tip is on a finger, the base is not above the tip, or a joint between
+            them is not revolute or follows another (mimic).
+    """
+    path = tree.description.path
+    if not tip_name:
+        raise BadValueError(
+            "--tip", "", f"is missing, must be the link or frame of {path} that holds objects; {describe_ends(tree)}"
+        )
+    tip = tree.find_frame(tip_name, "--tip")
+    if tip is None:
+        raise BadValueError("--tip", "", f"is {tip_name!r}, which is not in {path}; {describe_ends(tree, tip_name)}")
+    base = None
+    if base_name is not None:
+        frame = tree.find_frame(base_name, "--base")
+        if frame is None:
+            near = _suggest_frames(tree, base_name)
+            raise BadValueError("--base", "", f"is {base_name!r}, which is not in {path}; {near}")
+        base = frame.body()
+        above = tree.list_above(tip.body())
+        if base.index() not in [tip.body().index(), *(link.index() for link in above)]:
+            names = ", ".join(link.name() for link in above)
+            raise BadValueError(
+                "--base", "", f"is {base_name!r}, which is not above {tip_name}, must be one of {names}"
+            )
+    elif (hand := _find_hand(tree, tip.body())) is not None:
+        problem = f"is {tip_name!r}, which is on a finger of {hand.name()}, must be a link that no finger moves"
+        raise BadValueError("--tip", "", f"{problem}: {hand.name()}? To import the finger as an arm, give a --base")
+    chain = _climb_limb(tree, tip, base)
+    if chain.obstacle is not None:
+        joint, problem = chain.obstacle
+        raise BadValueError(path, f"joint {joint.name()}", f"{problem}; it is on the chain from base to tip")
+    if not chain.joints:
+        where = f"between it and {chain.base.name()}"
+        raise BadValueError("--tip", "", f"is {tip_name!r}, with no revolute joint {where}")
+    return chain
+
+
+def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
+    """Lists the bodies that move with each joint of a chain."""
+    slots = {joint.child_body().index(): slot for slot, joint in enumerate(chain.joints)}
+    groups: list[list[RigidBody]] = [[] for _ in chain.joints]
+    for index in map(BodyIndex, range(1, tree.plant.num_bodies())):
+        body = tree.plant.get_body(index)
+        above = (link.index() for link in (body, *tree.list_above(body)))
+        slot = next((slots[each] for each in above if each in slots), None)
+        if slot is not None:
+            groups[slot].append(body)
+    return groups
+
+
+def list_limbs(tree: RobotTree) -> list[dict[str, int]]:
+    """Lists each limb's ends with the number of arm joints up to each, longest limbs first.
+
+    Ends are links without a child link, and named frames. Links come before their sites. A hand is listed by its own
+    link, not by its fingers.
+    """
+    links = [joint for joint in tree.joints_above.values() if joint.child_body().name() not in tree.description.sites]
+    carriers = {joint.parent_body().index() for joint in links}
+    found: dict[int, list[tuple[bool, str, int]]] = {}
+    beyond: dict[int, int] = {}  # largest number of joints that follow each joint
+    sites = tree.description.sites
+    for frame in tree.list_frames():
+        if frame.is_body_frame() and (frame.body().index() in carriers or frame.name() in sites):
+            continue
+        hand = _find_hand(tree, frame.body())
+        limb = _climb_limb(tree, frame if hand is None else hand.body_frame())
+        if limb.obstacle is None and len(limb.joints) >= FEWEST_JOINTS:
+            # Hands first, then massless links and named frames, which mark where tools are attached.
+            rank = hand is None and frame.is_body_frame() and frame.body().default_mass() > 0.0
+            name = str(frame.name() if hand is None else hand.name())
+            found.setdefault(int(limb.joints[-1].index()), []).append((rank, name, len(limb.joints)))
+            for count, joint in enumerate(reversed(limb.joints)):
+                beyond[int(joint.index())] = max(count, beyond.get(int(joint.index()), 0))
+    limbs = [
+        {name: count for _, name, count in sorted(set(of_limb))}
+        for last, of_limb in found.items()
+        if beyond[last] <= 1  # a camera on a forearm is not the end of a limb; a jaw may follow the end
+    ]
+    return sorted(limbs, key=lambda limb: -max(limb.values()))
+
+
+def list_ends(tree: RobotTree) -> dict[str, int]:
+    """Lists the first end of each limb, with the number of arm joints up to it; see ``list_limbs``."""
+    ends = {name: count for limb in list_limbs(tree) for name, count in list(limb.items())[:_OF_A_LIMB]}
+    return dict(sorted(ends.items(), key=lambda item: -item[1]))
+
+
+def choose_tip(tree: RobotTree) -> tuple[str, str]:
+    """Chooses the tip of the longest limb: a tool frame, otherwise the hand.
+
+    Returns: Name of the tip, and a sentence that describes it and names the other ends. Both are empty if several
+        limbs are the longest.
+    """
+    limbs = list_limbs(tree)
+    # A revolute finger ends a limb of its own, and its hand ends another.
+    limbs = [limb for limb in limbs if not all(map(_ASIDE.search, limb))] or limbs
+    if not limbs or (len(limbs) > 1 and max(limbs[1].values()) == max(limbs[0].values())):
+        return "", ""
+    ends, sites = limbs[0], tree.description.sites
+    names = [*ends, *(site for site, link in sites.items() if link in ends)]
+    at_end = [name for name in names if not _ASIDE.search(name)] or names
+    for_tools = [name for name in at_end if _FOR_TOOLS.search(name)]
+    tip = min(for_tools, key=_rank_tool_frame) if for_tools else at_end[0]
+    link = sites.get(tip, tip)
+    others = [name for name in names if name != tip]
+    others += [name for limb in limbs[1:] for name in limb]
+    more = f" and {len(others) - _LISTED} more" if len(others) > _LISTED else ""
+    else_there = f"others are {', '.join(others[:_LISTED])}{more}" if others else "there are no others"
+    return tip, f"tip: {tip}, at the end of the longest limb ({ends[link]} joints); {else_there} (--tip)"
+
+
+def _rank_tool_frame(name: str) -> tuple[int, int]:
+    """Ranks names of tool frames: a tool centre point comes before the flange that carries the gripper."""
+    words = [k for k, word in enumerate(_TOOL_WORDS) if re.search(word, name, re.IGNORECASE)]
+    return min(words, default=len(_TOOL_WORDS)), len(name)
+
+
+def describe_ends(tree: RobotTree, near: str = "") -> str:
+    """Describes the ends of limbs, or only those with names close to ``near``."""
+    ends = list_ends(tree)
+    named = [*ends, *(site for site, link in tree.description.sites.items() if link in ends)]
+    close = difflib.get_close_matches(near, named, n=3, cutoff=0.4) if near else []
+    if close:
+        return f"nearest: {', '.join(close)}"
+    if not ends:
+        frames = _suggest_frames(tree, near)
+        no_arm = f"no limb has {FEWEST_JOINTS} revolute joints, so this is no arm unless --tip and --base name one"
+        return f"{no_arm}; {frames}"
+    listed = [f"{name} ({count} joints{_list_sites(tree, name)})" for name, count in list(ends.items())[:_LISTED]]
+    return f"limbs end in {', '.join(listed)}" + (f" and {len(ends) - _LISTED} more" if len(ends) > _LISTED else "")
+
+
+def _list_sites(tree: RobotTree, link: str) -> str:
+    """Lists the first sites of a link, which can also be tips; empty if it has none."""
+    sites = [site for site, carrier in tree.description.sites.items() if carrier == link]
+    if not sites:
+        return ""
+    more = f" and {len(sites) - _OF_A_LIMB} more" if len(sites) > _OF_A_LIMB else ""
+    return f"; sites {', '.join(sites[:_OF_A_LIMB])}{more}"
+
+
+def _suggest_frames(tree: RobotTree, name: str) -> str:
+    """Lists links and frames with similar names, or the first few if none is similar."""
+    names = [str(frame.name()) for frame in tree.list_frames()]
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.4)
+    return f"nearest: {', '.join(dict.fromkeys(near))}" if near else f"it has {', '.join(names[:_LISTED])}"
+
+
+def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> Chain:
+    """Collects the joints from a tip up to a base, or to the upper end of the limb."""
+    joints: list[RevoluteJoint] = []
+    body = tip.body()
+
+    def end(why: str, obstacle: tuple[Joint, str] | None = None, above: str = "") -> Chain:
+        return Chain(body, tuple(joints), tip, why if base is None else "it was given", obstacle, above)
+
+    for joint in tree.climb(body):
+        if base is not None and body.index() == base.index():
+            break
+        for other in _list_others(tree, body, joints[0]) if base is None and joints else ():
+            if _count_in_series(tree, other) >= _LIMB:
+                return end(f"another limb branches off there, at {other.name()}")
+        if joint.num_velocities():
+            problem = _find_obstacle(tree, joint)
+            if problem and base is None and len(joints) >= FEWEST_JOINTS:
+                return end(f"the joint above it, {joint.name()}, {problem}", above=_describe_above(joint, problem))
+            if problem:
+                return end("", (joint, problem))
+            assert isinstance(joint, RevoluteJoint)
+            joints.insert(0, joint)
+        body = joint.parent_body()
+    if body.name() == "world" and joints:
+        body = joints[0].parent_body()
+    root = [body, *(link for link in tree.list_above(body) if link.name() != "world")][-1]
+    above = ""
+    if (floating := tree.description.floating.get(tree.key(root))) is not None:
+        above = f"above them {floating} floats, but an arm may have only revolute joints"
+    if root.index() == body.index():
+        return end("it is the robot's root" if not above else f"the joint above it, {floating}, floats", above=above)
+    return end(f"no joint between it and the robot's root, {root.name()}, moves", above=above)
+
+
+def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
+    """Finds the hand whose finger a body belongs to; None if the body is not on a finger.
+
+    A finger is carried by a limb with at least as many joints. It branches off together with other fingers, or at a
+    joint at which no arm can branch off.
+    """
+    finger = _climb_limb(tree, body.body_frame())
+    if finger.obstacle is not None:
+        carrier = finger.obstacle[0].parent_body()
+    elif not finger.joints:
+        return None
+    else:
+        carrier, last = finger.base, finger.joints[-1]
+        if len(finger.joints) > FEWEST_JOINTS and any(
+            _count_in_series(tree, joint) for joint in _list_others(tree, last.parent_body(), last)
+        ):
+            carrier = last.parent_body()
+    arm = _climb_limb(tree, carrier.body_frame())
+    own = 0
+    for joint in tree.climb(body):
+        own += joint.num_velocities() > 0
+        if joint.parent_body().index() == carrier.index():
+            break
+    if arm.obstacle is not None or len(arm.joints) < FEWEST_JOINTS or len(arm.joints) < own:
+        return None
+    return _find_hand(tree, carrier) or carrier
+
+
+def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
+    """Describes why a joint cannot belong to the arm; empty if it can."""
+    mimic = tree.note(joint).mimic
+    if mimic is not None:
+        how = f"follows {mimic.leader} (mimic)" if mimic.leader else "is fixed by an equality"
+        return f"{how}, must move independently"
+    if not isinstance(joint, RevoluteJoint):
+        return f"is of type {joint.type_name()}, must be revolute"
+    return ""
+
+
+def _describe_above(joint: Joint, problem: str) -> str:
+    """Describes how a joint above the arm moves, which makes it unsuitable for an arm."""
+    how = _MOVES.get(joint.type_name(), problem.split(",")[0])
+    return f"above them {joint.name()} {how}, but an arm may have only revolute joints"
+
+
+def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:
+    """Lists the joints on a body other than those that lead to the joint ``down``."""
+    above = {down.index(), *(joint.index() for joint in tree.climb(down.parent_body()))}
+    return [joint for joint in tree.list_children(body) if joint.index() not in above]
+
+
+def _count_in_series(tree: RobotTree, joint: Joint) -> int:
+    """Counts the moving joints on the longest path from a joint to a leaf, the joint included."""
+    below = [_count_in_series(tree, other) for other in tree.list_children(joint.child_body())]
+    return int(joint.num_velocities() > 0) + max(below, default=0)

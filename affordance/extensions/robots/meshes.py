@@ -1,0 +1,168 @@
+"""Visual shapes of an arm: the file's simple shapes, its meshes as OBJ, or capsules.
+
+Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF. Meshes are therefore converted to OBJ, one per colour. Their
+number of triangles is limited to keep HTML pages with the arm small.
+"""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.extensions.robots.arm_file import BASE, name_links
+from affordance.extensions.robots.description import Visual
+from affordance.extensions.robots.reduced_arm import ReducedArm, describe_pose
+from affordance.extensions.robots.simplify import simplify
+from affordance.files.mesh_reader import COLLADA, FORMATS, load_scene
+from affordance.objects.drake_geometry import write_obj
+
+# Largest number of triangles per link; nine links then add about a megabyte to a page.
+_TRIANGLES = 4000
+# Least number of triangles per colour if a link has several colours.
+_FEWEST = 12
+# Colours that differ by less than this in every channel are drawn as one.
+_COLOUR_STEP = 0.1
+_GREY = (0.70, 0.74, 0.78, 1.0)
+# Radius of capsules as a fraction of their length, and its bounds, [m].
+_THICKNESS, _THINNEST, _THICKEST = 0.12, 0.012, 0.045
+# Significant digits of positions: 0.01 mm on a link of 1 m.
+_DIGITS = 5
+_FOLDER = "meshes"
+
+type _Part = tuple[Any, tuple[float, ...]]  # mesh, and its colour
+
+
+@dataclass
+class Appearance:
+    """Shapes by link of the written arm, mesh texts by file name, and remarks on shapes that are not the file's."""
+
+    visuals: dict[str, list[Visual]] = field(default_factory=dict)
+    meshes: dict[str, str] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+
+
+def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
+    """Chooses the shapes of each link: the file's if available, otherwise capsules."""
+    description = arm.tree.description
+    appearance, path, shapes = Appearance(), description.path, description.visuals
+    replaced: list[str] = []
+    ends = [*(link.X_PL for link in arm.links), arm.X_LH]
+    groups = [(BASE, arm.base_bodies), *zip(name_links(arm), (link.bodies for link in arm.links), strict=True)]
+    for (name, bodies), X_next in zip(groups, ends, strict=True):
+        drawn: list[Visual] = []
+        meshed: list[_Part] = []
+        for body, X_LB in bodies:
+            for shape in shapes.get(body, ()):
+                X_LV = X_LB @ RigidTransform(RollPitchYaw(np.array(shape.rpy)), np.array(shape.place))
+                if shape.shape != "mesh":
+                    place, rpy = (shape.place, shape.rpy) if X_LB.IsExactlyIdentity() else describe_pose(X_LV)
+                    drawn.append(shape._replace(place=place, rpy=rpy))
+                elif with_meshes:
+                    meshed += _load_mesh(shape, X_LV, path, appearance)
+        drawn += _write_meshes(name, meshed, appearance)
+        if any(body in description.undrawn for body, _ in bodies):
+            replaced.append(name)
+        if not drawn and name != BASE:
+            drawn = _draw_capsule(X_next.translation())
+        appearance.visuals[name] = drawn
+    if replaced:
+        what = "meshes and turned shapes" if description.kind == "mjcf" else "some shapes"
+        remark = f"{what} of {', '.join(replaced)} are not imported"
+        appearance.remarks.append(f"{remark}: simple shapes or capsules are drawn instead")
+    return appearance
+
+
+def find_mesh_file(name: str, path: Path) -> Path | None:
+    """Searches for the file of a mesh that a robot's file names; None if it is not found.
+
+    ``package://`` and ``model://`` names are searched in every folder above the robot's file, with and without the
+    package's name; other names only in the file's folder.
+    """
+    candidates = [path.parent / name]
+    scheme, separator, inside = name.partition("://")
+    if separator and scheme in ("package", "model", "file"):
+        tails = [tail for tail in (inside, inside.partition("/")[2]) if tail]
+        candidates = [Path(inside), *(folder / tail for folder in path.absolute().parents for tail in tails)]
+    return next((candidate for candidate in candidates if candidate.is_file()), None)
+
+
+def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance) -> list[_Part]:
+    """Loads the parts of a mesh with their colours, in the link's frame; adds a remark on failure."""
+    file = find_mesh_file(shape.mesh, path)
+    if file is None:
+        appearance.remarks.append(f"the mesh {shape.mesh} was not found")
+        return []
+    if file.suffix.lower() not in (*FORMATS, COLLADA):
+        known = ", ".join((*FORMATS, COLLADA))
+        appearance.remarks.append(f"the mesh {file.name} is not drawn (only {known} meshes are)")
+        return []
+    try:
+        scene = load_scene(file)
+        parts = [part for part in scene.dump() if len(getattr(part, "faces", ()))]
+    except BadValueError as error:
+        appearance.remarks.append(f"the mesh {file.name} cannot be read (it {error.problem})")
+        return []
+    except MemoryError:
+        raise
+    except Exception as error:  # loaders raise all kinds of errors for damaged files
+        appearance.remarks.append(f"the mesh {file.name} cannot be read ({type(error).__name__})")
+        return []
+    if not parts:
+        appearance.remarks.append(f"the mesh {file.name} cannot be read (it contains no triangles)")
+    X = X_LV.GetAsMatrix4() @ np.diag([*shape.sizes, 1.0])
+    return [(part.apply_transform(X), shape.colour or _find_colour(part)) for part in parts]
+
+
+def _find_colour(part: Any) -> tuple[float, ...]:
+    """Returns the main colour of a mesh; grey if it has none."""
+    try:
+        coloured = part.visual if hasattr(part.visual, "main_color") else part.visual.material
+        rgba = np.asarray(coloured.main_color)
+    except (AttributeError, TypeError, ValueError):
+        return _GREY
+    if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's default if a file gives no colour
+        return _GREY
+    red, green, blue = (float(value) / 255.0 for value in rgba[:3])
+    return red, green, blue, 1.0
+
+
+def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list[Visual]:
+    """Formats the meshes of a link as OBJ texts, one per colour, and adds them to the appearance."""
+    import trimesh
+
+    groups: dict[tuple[int, ...], list[_Part]] = {}
+    for part, colour in parts:
+        key = tuple(int(value / _COLOUR_STEP) for value in colour)
+        groups.setdefault(key, []).append((part, colour))
+    total = sum(len(part.faces) for part, _ in parts)
+    visuals = []
+    for number, key in enumerate(sorted(groups)):
+        mesh: Any = trimesh.util.concatenate([trimesh.Trimesh(part.vertices, part.faces) for part, _ in groups[key]])
+        mesh.merge_vertices()
+        vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.intp)
+        share = (_TRIANGLES - _FEWEST * len(groups)) * len(faces) / total
+        vertices, faces = simplify(vertices, faces, _FEWEST + int(share))
+        name = f"{''.join(c if c.isascii() and c.isalnum() else '_' for c in link[:60])}_{number}.obj"
+        while name in appearance.meshes:  # link names can differ in the replaced characters only
+            name = f"_{name}"
+        appearance.meshes[name] = write_obj(vertices, faces, _DIGITS)
+        place = (0.0, 0.0, 0.0)
+        colour = groups[key][0][1]
+        uri = f"package://affordance_models/{_FOLDER}/{name}"
+        visuals.append(Visual("mesh", (1.0, 1.0, 1.0), place, place, uri, colour))
+    return visuals
+
+
+def _draw_capsule(end: Array) -> list[Visual]:
+    """Creates a capsule from a link's joint to the next joint."""
+    length = float(np.linalg.norm(end))
+    radius = float(np.clip(_THICKNESS * length, _THINNEST, _THICKEST))
+    if length < 1e-6:
+        return [Visual("sphere", (radius,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))]
+    R = RotationMatrix.MakeFromOneVector(end / length, 2)
+    _, rpy = describe_pose(RigidTransform(R))
+    return [Visual("capsule", (radius, length), tuple((0.5 * end).tolist()), rpy)]

@@ -1,0 +1,155 @@
+"""Reads a tool from a simulator's URDF of an object: shapes, grips, and the mass as if weighed.
+
+A link that is fixed to another and has neither shape nor mass is a grip. A shape's material is found by its name in
+the file; a material that the program does not know is identified by its colour. Moments of inertia follow from shapes
+and densities. The file's moments are only compared with them; a remark names moments that are obviously wrong.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array, build_symmetric
+from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.extensions.robots.description import Description, Visual, build_pose
+from affordance.extensions.robots.reader import read_robot
+from affordance.objects.colour import Colour, show_colour
+from affordance.objects.inertia import Ellipsoid, build_inertia_map
+from affordance.objects.materials import Material
+from affordance.objects.mesh_bodies import UNITS, load_bodies
+from affordance.objects.primitives import Box, Cylinder
+from affordance.objects.tool import Component, Grip, Tool
+from affordance.objects.weighing import WEIGHING_SD, Weighing
+
+SUFFIX = ".urdf"
+# Name of the grip at the origin of an object that has no other grip.
+_ORIGIN = "origin"
+# Moments that differ from those of shape and mass by this factor are placeholders: hollow and solid bodies of the
+# same shape differ by less than a factor of two.
+_OFF = 3.0
+# Colour of a shape if the file gives none: viewers' medium grey.
+_GREY = (0.7, 0.7, 0.7)
+# Density of shapes without a mass, used if a true density is needed: that of water, [kg/m^3].
+_WATER = 1000.0
+
+
+class ReadObject(NamedTuple):
+    """Tool that was read from a file, and remarks for the user."""
+
+    tool: Tool
+    remarks: tuple[str, ...]
+
+
+def read_object(path: Path, materials: Mapping[str, Material]) -> ReadObject:
+    """Reads a tool from the URDF of an object.
+
+    A file with a moving joint, without a shape, or with an unsupported shape raises a BadValueError.
+    """
+    description = read_robot(path)
+    poses = _compute_poses(description)
+    components: list[Component] = []
+    weighings: list[Weighing] = []
+    remarks: list[str] = []
+    grips = []
+    for link, X_TL in poses.items():
+        inertial, shapes = description.inertials.get(link), description.visuals[link]
+        parts = [part for shape in shapes for part in _build_parts(path, link, shape, X_TL, materials)]
+        mass = 0.0 if inertial is None else inertial.mass
+        if not parts and not mass:
+            grips.append(Grip(link, X_TL))
+        if mass and not parts:
+            raise BadValueError(path, f"link {link}", f"has {mass:g} kg and no supported shape, must have a visual")
+        if mass:
+            places = tuple(range(len(components), len(components) + len(parts)))
+            weighings.append(Weighing(places, mass, WEIGHING_SD * mass))
+            remarks += _compare_moments(description, link, parts, X_TL)
+        components += parts
+    named = [grip for grip in grips if grip.name != next(iter(poses))] or [Grip(_ORIGIN, np.eye(4))]
+    try:
+        tool = Tool(path.stem, tuple(components), tuple(named), weighings=tuple(weighings))
+    except BadArgumentError as error:
+        raise BadValueError(path, "", f"{error.source} {error.problem}") from error
+    return ReadObject(tool, tuple(f"{path.name}: {each}" for each in (*description.remarks, *remarks)))
+
+
+def _compute_poses(description: Description) -> dict[str, Array]:
+    """Computes the poses of all links in the root link; a moving joint raises a BadValueError."""
+    if description.kind != "urdf":
+        raise BadValueError(description.path, "", "is not a URDF, as a file of an object must be")
+    fixed = description.fixed
+    for name in description.joints:
+        if name not in {joint for joint, _, _ in fixed.values()}:
+            problem = "moves, so this is the file of a robot (import-arm); an object must be a single body"
+            raise BadValueError(description.path, f"joint {name}", problem)
+    roots = [link for link in description.visuals if link not in fixed]
+    poses = {roots[0]: np.eye(4)} if roots else {}
+    while len(poses) < len(description.visuals):
+        found = {
+            link: poses[parent] @ X_PC
+            for link, (_, parent, X_PC) in fixed.items()
+            if parent in poses and link not in poses
+        }
+        if not found:
+            left = next(link for link in description.visuals if link not in poses)
+            raise BadValueError(
+                description.path, f"link {left}", "is not fixed to the others; an object must be a single body"
+            )
+        poses |= found
+    return poses
+
+
+def _build_parts(
+    path: Path, link: str, shape: Visual, X_TL: Array, materials: Mapping[str, Material]
+) -> list[Component]:
+    X_TE = X_TL @ build_pose(shape.place, shape.rpy)
+    own = _find_material(shape, materials)
+    if shape.shape == "box":
+        return [Component(Box((shape.sizes[0], shape.sizes[1], shape.sizes[2])), X_TE, own, own)]
+    if shape.shape == "cylinder":
+        return [Component(Cylinder(shape.sizes[0], shape.sizes[1]), X_TE, own, own)]
+    if shape.shape == "sphere":
+        return [Component(Ellipsoid((shape.sizes[0],) * 3), X_TE, own, own)]
+    unit = next((name for name, metres in UNITS.items() if np.allclose(shape.sizes, metres, rtol=1e-6)), None)
+    if shape.shape != "mesh" or unit is None:
+        what = f"a {shape.shape} of scale {' '.join(f'{each:g}' for each in shape.sizes)}"
+        problem = f"has {what}, must be a box, cylinder, sphere or mesh in m, cm, mm or in"
+        raise BadValueError(path, f"link {link}", problem)
+    if "://" in shape.mesh:
+        problem = f"names the mesh {shape.mesh!r}, must be a path relative to the file's folder"
+        raise BadValueError(path, f"link {link}", problem)
+    return [
+        Component(body.solid, X_TE @ build_pose(tuple(body.p_FEo), (0.0,) * 3), own, own)
+        for body in load_bodies(path.parent / shape.mesh, unit)
+    ]
+
+
+def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material:
+    """Returns the material that the shape names, or one that only has the shape's colour."""
+    if shape.material in materials:
+        return materials[shape.material]
+    r, g, b = (shape.colour or (*_GREY, 1.0))[:3]
+    colour: Colour = (r, g, b)
+    return Material(show_colour(colour), colour, _WATER, source="the colour of the part")
+
+
+def _compare_moments(description: Description, link: str, parts: list[Component], X_TL: Array) -> list[str]:
+    """Lists remarks on moments of inertia that do not fit the shapes and mass of a body."""
+    fault = description.mended.get(link, ("",))[0]
+    if fault:
+        return [f"link {link} {fault}: moments computed from its shape are used"]
+    inertial = description.inertials[link]
+    Phi = build_inertia_map([part.shape for part in parts], [part.X_TE for part in parts], [0] * len(parts), 1)[:, 0]
+    pi = inertial.mass * Phi / Phi[0]
+    p = pi[1:4] / inertial.mass
+    about = pi[4:7] - inertial.mass * (p @ p - p**2)
+    written = np.linalg.eigvalsh(build_symmetric(inertial.moments))
+    products = pi[7:] - -inertial.mass * p[[0, 0, 1]] * p[[1, 2, 2]]
+    shaped = np.linalg.eigvalsh(build_symmetric((*about, *products)))
+    if (written > _OFF * shaped).any() or (shaped > _OFF * written).any():
+        was, now = (" ".join(f"{each:.2g}" for each in values) for values in (written, shaped))
+        return [
+            f"link {link} has principal moments of {was} kg m^2, and its shape and mass {now}: the latter are used"
+        ]
+    return []

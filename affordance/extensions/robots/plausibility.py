@@ -1,0 +1,153 @@
+"""Warns about implausible numbers of an arm, with their likely causes; rejects nothing.
+
+Bounds are physical and wide: a number beyond them has the wrong unit, is a placeholder or a typing error.
+"""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from pydrake.multibody.tree import BodyIndex
+
+from affordance.arrays import build_symmetric
+from affordance.extensions.robots.reduced_arm import ReducedArm, ReducedLink
+
+# Margin added to distances between joints, and to centres of mass: half the width of a large industrial link, [m].
+_WIDTH = 0.25
+# Density that no link exceeds: that of solid steel, [kg/m^3].
+_STEEL = 7900.0
+# Mass per length of the thinnest structure: an aluminium tube of 20 mm diameter and 1 mm wall, [kg/m].
+_BARE_TUBE = 0.16
+# A radius of gyration below this fraction of a link's length is that of a point mass; a thin rod has 0.29.
+_POINT = 0.01
+# Ratio of radius of gyration to size above which a wrong unit is likelier than a placeholder such as 1 kg m^2.
+_OTHER_UNIT = 10.0
+# Widest range of a joint, eight turns as of a wrist with cables, [rad], and fastest joint, 2900 degrees/s, [rad/s].
+_WIDEST, _FASTEST = 50.0, 50.0
+# If all joints' ranges are below this, radians were probably read as degrees: 4 pi (two turns) degrees, [rad].
+_NARROW = 0.22
+# Relative difference between masses on the left and right that exceeds rounding.
+_TWIN = 0.01
+# Words for the sides of a robot within a name, and letters for them at its beginning or end.
+_WORDS = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"))
+_LETTERS = (("l", "r"), ("L", "R"))
+
+
+def list_implausible(arm: ReducedArm) -> list[str]:
+    """Lists implausible values of an arm's links and joints: one sentence for each kind, with the numbers."""
+    return [*_list_of_links(arm), *_list_of_joints(arm), *_list_twins(arm)]
+
+
+def compute_lengths(arm: ReducedArm) -> list[float]:
+    """Computes the distance from each joint to the next, and from the last to the tip, [m]."""
+    ends = [*(link.X_PL for link in arm.links[1:]), arm.X_LT]
+    return [float(np.linalg.norm(X.translation())) for X in ends]
+
+
+def is_nearly_massless(arm: ReducedArm) -> bool:
+    """Returns True if an arm is lighter than the thinnest structure of its length."""
+    return arm.mass < _BARE_TUBE * sum(compute_lengths(arm))
+
+
+def _list_of_links(arm: ReducedArm) -> Iterator[str]:
+    lengths = compute_lengths(arm)
+    reach = sum(lengths)
+    away, wide, placed, points, heavy = (list[str]() for _ in range(5))
+    for link, length in zip(arm.links, lengths, strict=True):
+        mass, p_com = link.inertial.mass, float(np.linalg.norm(link.inertial.place))
+        if not mass:
+            continue
+        # A link may extend back to the previous joint, and out to the bodies that are fixed to it.
+        before = float(np.linalg.norm(link.X_PL.translation()))
+        size = _WIDTH + max(length, before) + max(float(np.linalg.norm(X.translation())) for _, X in link.bodies)
+        if p_com > size + reach:
+            away.append(f"{link.name} {p_com:.3g} m")
+            continue
+        size += p_com
+        gyration = _compute_gyration(link)
+        if gyration > size:
+            (wide if gyration > _OTHER_UNIT * size else placed).append(f"{link.name} {gyration:.3g} m")
+        elif gyration < _POINT * length:
+            points.append(f"{link.name} {1000.0 * gyration:.2g} mm")
+        if mass > _STEEL * size**3:
+            heavy.append(f"{link.name} {mass:.3g} kg")
+    on_arm = f"on an arm of {reach:.3g} m"
+    if away:
+        yield f"centres of mass far from their joints, {on_arm}: {', '.join(away)}; are they in millimetres?"
+    if wide:
+        yield f"radii of gyration beyond the links, {on_arm}: {', '.join(wide)}; are moments of inertia in kg mm^2?"
+    if placed:
+        yield f"radii of gyration beyond the links, {on_arm}: {', '.join(placed)}; are moments placeholders?"
+    if points:
+        yield f"radii of gyration like points', {on_arm}: {', '.join(points)}; are moments of inertia missing?"
+    if heavy:
+        yield f"links heavier than steel of their size, {on_arm}: {', '.join(heavy)}; are masses in grams?"
+    if is_nearly_massless(arm):
+        yield (
+            f"the arm of {reach:.3g} m has {arm.mass:.2g} kg, less than a thin aluminium tube ({_BARE_TUBE:g} kg/m): "
+            "are masses missing or placeholders?"
+        )
+
+
+def _compute_gyration(link: ReducedLink) -> float:
+    """Computes the largest radius of gyration of a link, [m]."""
+    largest = np.linalg.eigvalsh(build_symmetric(link.inertial.moments))[-1]
+    return math.sqrt(max(float(largest), 0.0) / link.inertial.mass)
+
+
+def _list_of_joints(arm: ReducedArm) -> Iterator[str]:
+    ranges = {link.joint: link.upper - link.lower for link in arm.links}
+    limited = {name: width for name, width in ranges.items() if math.isfinite(width)}
+    if wide := [f"{name} {width:.4g}" for name, width in limited.items() if width > _WIDEST]:
+        yield f"ranges of more than {_WIDEST:g} rad: {', '.join(wide)} rad; degrees?"
+    if limited and len(limited) == len(ranges) and max(limited.values()) < _NARROW:
+        most = math.degrees(max(limited.values()))
+        yield (
+            f"no joint turns by more than {most:.2g} degrees: were radians read as degrees? "
+            'An MJCF needs <compiler angle="radian"/>'
+        )
+    fast = [f"{each.joint} {each.velocity:g}" for each in arm.links if _FASTEST < each.velocity < math.inf]
+    if fast:
+        yield f"velocity limits of more than {_FASTEST:g} rad/s: {', '.join(fast)} rad/s; degrees, or placeholders?"
+    for name, values, unit in (
+        ("torque", [link.effort for link in arm.links], "N m"),
+        ("velocity", [link.velocity for link in arm.links], "rad/s"),
+    ):
+        if len(values) > 1 and len(set(values)) == 1 and _is_power_of_ten(values[0]):
+            option = "effort" if name == "torque" else name
+            yield f"every joint has a {name} limit of {values[0]:g} {unit}: a placeholder? --{option} overrides it"
+
+
+def _is_power_of_ten(value: float) -> bool:
+    return 0.0 < value < math.inf and math.log10(value).is_integer()
+
+
+def _list_twins(arm: ReducedArm) -> Iterator[str]:
+    """Lists links whose mass differs from that of their counterpart on the robot's other side, found by name."""
+    plant = arm.tree.plant
+    masses = {
+        arm.tree.key(body): float(body.default_mass())
+        for body in map(plant.get_body, map(BodyIndex, range(1, plant.num_bodies())))
+    }
+    told: set[str] = set()
+    for link in arm.links:
+        for name, _ in link.bodies:
+            other = next((twin for twin in _name_twins(name) if twin in masses), None)
+            if other is None or name in told:
+                continue
+            mass, of_twin = masses[name], masses[other]
+            if abs(mass - of_twin) > _TWIN * max(mass, of_twin):
+                told.add(other)
+                yield f"link {name} has {mass:.3g} kg, but its twin {other} has {of_twin:.3g} kg"
+
+
+def _name_twins(name: str) -> Iterator[str]:
+    """Lists the names of a link's possible counterparts: left and right swapped."""
+    for one, other in (*_WORDS, *(pair[::-1] for pair in _WORDS)):
+        if one in name:
+            yield name.replace(one, other)
+    for one, other in (*_LETTERS, *(pair[::-1] for pair in _LETTERS)):
+        if name.startswith(f"{one}_"):
+            yield f"{other}{name[1:]}"
+        if name.endswith(f"_{one}"):
+            yield f"{name[:-1]}{other}"

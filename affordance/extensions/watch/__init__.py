@@ -1,0 +1,1 @@
+"""Observers, live in the browser."""

@@ -1,1 +1,0 @@
-"""Identification of a held payload from the recordings of a real robot."""

@@ -1,1 +1,0 @@
-"""Fits learners to the lifts of individual people."""

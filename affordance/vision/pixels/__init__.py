@@ -1,1 +1,0 @@
-"""Visual features from colour and depth pictures."""

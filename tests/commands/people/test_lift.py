@@ -1,0 +1,156 @@
+"""Trial tables of the command line: means, files, refusals, and what tells learners apart."""
+
+import json
+
+import pandas as pd
+import pytest
+from helpers.answers import answer
+from helpers.refusals import refuse_command
+
+pytestmark = pytest.mark.usefixtures("unrendered")
+OBJECTS = """tools:
+  - name: small
+    components: [{cylinder: [0.04, 0.06], position: [0, 0, 0], material: beech}]
+  - name: large
+    components: [{cylinder: [0.04, 0.12], position: [0, 0, 0], material: beech}]
+"""
+TABLE = """subj;group;phase;stim;mass;session
+P1;A;learn;small;0,2;s1
+P1;A;test;large;0,4;s1
+P2;B;learn;small;0,4;s2
+P2;B;test;large;0,8;s2
+"""
+NAMED = ("--columns", "participant=subj", "object=stim")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Working folder with a table and its objects."""
+    (tmp_path / "objects.yaml").write_text(OBJECTS, encoding="utf-8")
+    (tmp_path / "trials.csv").write_text("\ufeff" + TABLE, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_table_is_lifted_and_written_with_what_was_done(folder):
+    words = ("--trials", "trials.csv", "--objects", "objects.yaml", *NAMED, "--learner", "density", "--jobs", 1)
+    said = answer("lift", *words, "--repeats", 2)
+    assert said.lines[0].split()[:4] == ["learner", "group", "phase", "object"]
+    assert [line.split()[:4] for line in said.lines[1:5]] == [
+        ["density", "A", "learn", "small"],
+        ["density", "A", "test", "large"],
+        ["density", "B", "learn", "small"],
+        ["density", "B", "test", "large"],
+    ]
+    lifts = pd.read_csv(folder / "results" / "trials" / "lifts.csv")
+    assert len(lifts) == 8
+    assert lifts["participant"].tolist() == ["P1", "P1", "P2", "P2"] * 2
+    assert lifts["session"].tolist() == ["s1", "s1", "s2", "s2"] * 2
+    assert lifts["mass"].tolist() == pytest.approx([0.2, 0.4, 0.4, 0.8] * 2)
+    assert {"force", "expected", "weight", "felt", "kind", "surprise", "learner"} <= set(lifts)
+    assert (folder / "results" / "trials" / "force.png").is_file()
+    assert "Trials of trials.csv" in (folder / "results" / "report.html").read_text(encoding="utf-8")
+    again = answer("lift", *words, "--repeats", 2, "--json").content
+    numbers = json.loads((folder / "results" / "trials" / "metrics.json").read_text(encoding="utf-8"))
+    assert again == numbers["means"]
+    assert (numbers["participants"], numbers["repeats_of_each"], numbers["repeats"]) == (2, 2, 4)
+    of_p1 = lifts[(lifts["participant"] == "P1") & (lifts["object"] == "large")]["force"]
+    assert again[1]["force_N"] == pytest.approx(of_p1.mean(), rel=1e-6)
+
+
+def test_learners_are_told_apart_by_a_table(folder):
+    said = answer(
+        "predict", "trials.csv", "--objects", "objects.yaml", *NAMED, "--repeats", 2, "--people-sd", 1.9
+    ).out
+    assert "force_N, A, test, large" in said
+    assert "SD between people 1.9 (as given)" in said
+    assert "density and kinds_map are " in said
+    found = json.loads((folder / "results" / "trials" / "predictions.json").read_text(encoding="utf-8"))
+    assert set(found["numbers"]) == {f"force_N, {place}" for place in (
+        "A, learn, small", "A, test, large", "B, learn, small", "B, test, large"
+    )}  # fmt: skip
+    assert {each["power"] for each in found["contrasts"]} == {0.9}
+    assert found["repeats"] == 4
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["--objects", "objects.yaml"],
+            "trials.csv: row 1: is 'subj'; did you mean 'participant'?",
+        ),
+        (
+            ["--objects", "objects.yaml", "--columns", "stim"],
+            "--columns: is 'stim', must be OURS=THEIRS, for example",
+        ),
+        (
+            ["--objects", "objects.yaml", "--columns", "objct=stim"],
+            "--columns: is 'objct', must be one of participant",
+        ),
+        ([*NAMED], "--objects: is missing, must be a tools file with the objects of trials.csv"),
+        (["--objects", "objects.yaml", *NAMED, "--repeats", 0], "--repeats: is 0, must be from 1 to 100000"),
+        (["--objects", "objects.yaml", *NAMED, "--repeats", 100_000], "--repeats: is 100000, must be at most 50000"),
+        (
+            ["--objects", "objects.yaml", *NAMED, "--learner", "kind"],
+            "must be one of density, kinds_map, kinds_drawn",
+        ),
+        (["--objects", "objects.yaml", *NAMED, "--set", "learner=density"], "--set: learner: has no effect here"),
+        (["--objects", "objects.yaml", *NAMED, "--set", "noise.model=white"], "noise"),
+        (
+            ["--objects", "object.yaml", *NAMED],
+            "object.yaml: cannot be read: No such file or directory; did you mean",
+        ),
+    ],
+)
+def test_what_cannot_be_lifted_is_refused(words, said):
+    assert said in refuse_command("lift", "--trials", "trials.csv", *words)
+
+
+def test_table_does_not_write_to_the_results_of_an_experiment(folder):
+    (folder / "trials.csv").rename(folder / "weight.csv")
+    said = refuse_command("lift", "--trials", "weight.csv", "--objects", "objects.yaml", *NAMED)
+    assert "weight.csv: would write to the results of weight, must have another name, such as my_weight.csv" in said
+    (folder / "weight.csv").rename(folder / ".csv")
+    assert "names the folder of its results" in refuse_command(
+        "lift", "--trials", ".csv", "--objects", "objects.yaml"
+    )
+
+
+def test_options_of_tables_are_for_tables():
+    said = refuse_command("predict", "two_families", "--people-sd", 2)
+    assert "--people-sd: is for a table of trials, must be omitted for two_families" in said
+    said = refuse_command("predict", "trials.csv", "--objects", "objects.yaml", *NAMED, "--power", 2)
+    assert "--power: is 2.0, must be from 0.5 to 0.999" in said
+
+
+def test_file_of_data_runs_no_code(folder):
+    """A table that says it is Python, or names a file that is, is read as cells."""
+    (folder / "evil.py").write_text("open('ran', 'w')\n", encoding="utf-8")
+    (folder / "evil.csv").write_text("import os\nopen('ran', 'w')\n", encoding="utf-8")
+    refuse_command("lift", "--trials", "evil.csv", "--objects", "objects.yaml")
+    refuse_command("lift", "--trials", "trials.csv", "--objects", "evil.py", *NAMED)
+    refuse_command("lift", "--trials", "evil.py", "--objects", "objects.yaml")
+    assert not (folder / "ran").exists()
+
+
+def test_participants_of_experiments_whose_objects_are_held_are_refused():
+    said = refuse_command("run", "weight", "--set", "participant.push_error=0.2")
+    assert said.startswith("affordance: settings: participant.push_error: is not a setting")
+
+
+def test_parameter_and_slip_of_ones_own_learner(folder):
+    """A parameter of the one learner is changed, and a mistake in its file is named by file and line."""
+    own = folder / "slip.py"
+    own.write_text(
+        "from affordance.belief.one_density import OneDensity\n\n\n"
+        "class Mine(OneDensity):\n"
+        "    def learn(self, state, seen, find_likelihood, rng):\n"
+        '        return state["gian"]\n'
+    )
+    words = ("lift", "--trials", "trials.csv", "--objects", "objects.yaml", *NAMED, "--jobs", 1)
+    said = refuse_command(*words, "--learner", f"{own}:Mine")
+    assert said.endswith("slip.py: line 6, in learn: KeyError: 'gian'")
+    changed = ("--set", "learner.kappa=0.3")
+    assert "belongs to one learner, must be given with exactly one --learner" in refuse_command(*words, *changed)
+    assert answer(*words, "--learner", "kinds_map", *changed).lines

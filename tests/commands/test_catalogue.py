@@ -1,0 +1,57 @@
+"""The catalogue of experiments, commands and learners."""
+
+import json
+
+import pytest
+from helpers.refusals import refuse
+from helpers.shipped_runs import NAMES
+
+from affordance.choice.blow_cost import BlowCost
+from affordance.commands.catalogue import EXPERIMENTS, find_experiment
+from affordance.experiments.shared import suite
+from affordance.experiments.shared.observers import Setup
+
+
+def test_designs_for_a_laboratory_are_found():
+    for name in {*EXPERIMENTS} - {*NAMES}:
+        found = find_experiment(name)
+        assert found.predict is not None
+        assert (found.observers, found.every_learner) == (48, True)
+        assert found.no_memory
+
+
+def test_experiment_that_there_is_not_is_refused_with_the_nearest():
+    assert "did you mean 'weight'?" in refuse(find_experiment, "wieght")
+
+
+def test_catalogue_of_experiments():
+    found = {name: find_experiment(name) for name in NAMES}
+    assert EXPERIMENTS[:4] == suite.OF_THE_PAPER == ("weight", "com", "reach", "hammer")
+    assert [name for name, each in found.items() if each.predict is not None] == [
+        *("weight", "com", "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift"),
+        "ladder",
+    ]
+    assert {name: each.observers for name, each in found.items() if each.observers != 200} == {
+        **dict.fromkeys(("linear_plus", "linear_plus_plus", "spoilt_family", "two_families"), 50),
+        "next_lift": 40,
+        "ladder": 48,
+    }
+    assert [name for name, each in found.items() if not each.no_memory] == ["weight", "com", "reach", "hammer"]
+    assert found["hammer"].needs == ("objects", "blow")
+    assert [name for name, each in found.items() if each.every_learner] == [*NAMES[-6:-1]]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_reading_simulates_nothing_and_finds_the_shipped_files_sound(name, monkeypatch, tmp_path):
+    monkeypatch.setattr("affordance.simulation.diagram.TrialDiagram.prepare", None)
+    monkeypatch.setattr(BlowCost, "compute", None)
+    find_experiment(name).read(Setup(out=tmp_path))
+    assert not [*tmp_path.iterdir()]
+
+
+def test_sections_come_in_an_order_of_their_own(get_shipped):
+    orders = [
+        json.loads((get_shipped(name).folder / "section.json").read_text(encoding="utf-8"))["order"] for name in NAMES
+    ]
+    assert len(set(orders)) == len(orders)
+    assert orders[:5] == [1, 2, 3, 4, 6]

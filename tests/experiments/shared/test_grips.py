@@ -1,0 +1,236 @@
+"""Choices of a grip by observers with made-up beliefs, and the share of those of the cheaper grip."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from helpers.refusals import refuse
+from helpers.shared import compute_once
+from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD, believe
+
+from affordance.choice.inner_simulation import plan_choice
+from affordance.choice.listed_options import list_options
+from affordance.choice.picking import NO_OPTION
+from affordance.choice.ranking import Ranking
+from affordance.experiments.shared import grips
+from affordance.experiments.shared.grips import (
+    NUM_PRIOR_CHOICES,
+    caption_proportions,
+    check_one_grip_is_cheaper,
+    choose_before_experience,
+    choose_by_expectation,
+    choose_by_sample,
+    compare_measures,
+    estimate_correct,
+    find_cheaper_grip,
+    find_grip_of_densest,
+    measure_choices,
+    remove_errors,
+    tabulate_tools,
+)
+from affordance.extensions.pixels.pixel_eye import PIXELS
+from affordance.files.model_folder import MODELS
+from affordance.proprioception.faults import Faults
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.vision.features import VisionError
+
+TOOLS = (STICK, HAMMER)
+# Densities of wood and steel of which the answer is known: the heavier end belongs into the hand; the hammer's handle
+# is the longer lever, so that it takes more than a heavier wood to hold it there; the last is too heavy for the arm.
+WOOD_IS_HEAVY, STEEL_IS_HEAVY, PLAIN_BY_WOOD, TOO_HEAVY = (8e3, 7e2), (7e2, 8e3), (3e3, 2e3), (24e3, 24e3)
+BY_WOOD, BY_STEEL = 0, 1
+
+
+@pytest.fixture(scope="module")
+def choices(tmp_path_factory):
+    """A choice of a grip for reaching with the stick, and one with the hammer."""
+    return compute_once(
+        tmp_path_factory,
+        "choices_for_reaching",
+        lambda: [plan_choice(list_options(tool), REACH) for tool in TOOLS],
+    )
+
+
+def know(*densities):
+    """Memories of an observer who knows two densities to 1 kg/m^3 at each moment."""
+    return [believe(*each, sd=1.0) for each in densities]
+
+
+@pytest.mark.parametrize("rule", [choose_by_sample, lambda *arguments: choose_by_expectation(*arguments)[0]])
+def test_each_choice_is_by_what_is_believed_at_that_moment(choices, rule):
+    stick, _ = choices
+    memories = know(WOOD_IS_HEAVY, STEEL_IS_HEAVY, STEEL_IS_HEAVY, TOO_HEAVY, WOOD_IS_HEAVY)
+    assert rule(stick, memories, (0, 0)).tolist() == [BY_WOOD, BY_STEEL, BY_STEEL, NO_OPTION, BY_WOOD]
+
+
+def test_each_tool_is_chosen_about_by_itself(choices):
+    memories = know(PLAIN_BY_WOOD, STEEL_IS_HEAVY, PLAIN_BY_WOOD)
+    found = [choose_by_sample(choice, memories, (0, 0)).tolist() for choice in choices]
+    assert found == [[BY_WOOD, BY_STEEL, BY_WOOD], [BY_STEEL, BY_STEEL, BY_STEEL]]
+
+
+def test_flips_are_those_of_each_moment(monkeypatch):
+    """Flips are those of each moment's belief also where no option is usable and none is chosen."""
+
+    def rank_nothing(choice, memory, rng, num_samples):
+        wood, steel = memory.belief.untruncated_mean
+        return Ranking((), num_usable=0, min_feasibility=0.95, p_none=1.0, flips=bool(wood > steel))
+
+    monkeypatch.setattr(grips, "rank_options", rank_nothing)
+    chosen, flips = choose_by_expectation(None, know(STEEL_IS_HEAVY, WOOD_IS_HEAVY, WOOD_IS_HEAVY), (0, 0))
+    assert flips.tolist() == [False, True, True]
+    assert chosen.tolist() == [NO_OPTION] * 3
+
+
+def test_choices_of_an_observer_are_those_of_seed_and_number(choices):
+    """Choices between equal densities depend on seed and number of the observer, and go either way."""
+    unsure = [believe(3000.0, 3000.0, sd=1000.0)] * 40
+    first, again, other, seeded = (
+        choose_by_sample(choices[0], unsure, seed).tolist() for seed in ((0, 0), (0, 0), (0, 1), (1, 0))
+    )
+    assert first == again
+    assert first not in (other, seeded)
+    assert 5 < sum(first) < 35
+
+
+def test_choices_before_experience_are_drawn_from_the_prior(choices):
+    stick, hammer = (choose_before_experience(choice, (WOOD, STEEL), 0) for choice in choices)
+    assert len(stick) == NUM_PRIOR_CHOICES
+    usable = stick[stick != NO_OPTION]
+    assert (usable == BY_STEEL).mean() == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(len(usable)))
+    assert (hammer == BY_STEEL).mean() > 0.7
+
+
+def test_guesses_count_half():
+    chosen = np.array([[0, 1, NO_OPTION], [0, 0, NO_OPTION]])
+    np.testing.assert_array_equal(estimate_correct(chosen, None, 0).mean, [1.0, 0.5, 0.5])
+
+
+def test_choices_from_the_prior_stand_in_for_those_before_the_first_trial():
+    chosen = np.zeros((100, 3), dtype=int)
+    before = np.repeat([0, 1], 5000)
+    estimate = estimate_correct(chosen, before, 0)
+    np.testing.assert_allclose(estimate.mean, [0.5, 1.0, 1.0])
+    # Wilson's interval by hand: 0.5 -+ 1.96 sqrt(0.25 / 10000 + ...) and n / (n + 1.96^2) to 1.
+    assert estimate.low[0] == pytest.approx(0.4902, abs=1e-4)
+    assert estimate.low[1] == pytest.approx(100 / (100 + 1.959964**2), rel=1e-6)
+    assert estimate.high[1] == 1.0
+    assert estimate_correct(chosen, None, 0).mean.tolist() == [1.0, 1.0, 1.0]
+
+
+def test_cheaper_grip_is_that_of_least_work():
+    simulated = {"wood": SimpleNamespace(work=2.0), "steel": SimpleNamespace(work=1.5)}
+    assert find_cheaper_grip(simulated) == "steel"
+
+
+@pytest.mark.parametrize(
+    ("works", "named"),
+    [((8.0, 8.0), "both grips"), ((8.0, 8.0 * (1.0 + 1e-10)), "both grips"), ((8.0, 9.0, 8.0), "two of its 3 grips")],
+)
+def test_the_two_cheapest_grips_of_a_tool_must_differ(works, named):
+    path = MODELS / "tools" / "novel.yaml"
+    said = f"novel.yaml: tools: stick: costs 8 J in {named}, must have a cheaper one"
+    assert said in refuse(check_one_grip_is_cheaper, path, STICK, works)
+    for others in ((9.0, 8.0, 9.0), (8.0, 8.001)):
+        check_one_grip_is_cheaper(path, STICK, others)
+
+
+def test_heavy_end_is_found_by_its_material_not_by_its_name():
+    assert find_grip_of_densest(STICK, at_hand=True) == "steel"
+    assert find_grip_of_densest(STICK, at_hand=False) == "wood"
+    swapped = [
+        dataclasses.replace(grip, name=name) for grip, name in zip(STICK.grips, ("left", "right"), strict=True)
+    ]
+    assert find_grip_of_densest(dataclasses.replace(STICK, grips=tuple(swapped)), at_hand=True) == "right"
+
+
+def test_nothing_is_mistaken_where_errors_are_removed():
+    mistaken = dataclasses.replace(
+        DEFAULT_SETTINGS,
+        eye=PIXELS,
+        vision_error=VisionError(size=0.1),
+        faults=Faults(arm_mass_factor=1.05),
+    )
+    assert remove_errors(mistaken) == DEFAULT_SETTINGS
+
+
+def simulate(wood, steel):
+    return {"wood": SimpleNamespace(work=wood), "steel": SimpleNamespace(work=steel)}
+
+
+OF_STICK = np.array([[1, 0, 0], [1, 1, 0], [1, 0, -1], [1, 0, -1]])
+OF_HAMMER = np.array([[0, 1, 1], [0, 1, 0], [0, 1, 0], [0, 1, -1]])
+
+
+@pytest.fixture
+def measured(choices):
+    """Numbers of made-up choices of four observers; wood is right for the stick, and steel for the hammer.
+
+    Before experience the choice with the stick is at chance level, and that with the hammer is not.
+    """
+    flips = [[True, False, True], [False, False, True], [False, False, True], [False, True, True]]
+    data = xr.Dataset(
+        {
+            "paper": (("observer", "tool", "moment"), np.stack([OF_STICK, OF_HAMMER], axis=1)),
+            "bayes": (("observer", "moment"), [[0, 1, 1], [0, 1, 1], [0, 0, 1], [1, 1, 1]]),
+            "flips": (("observer", "moment"), flips),
+        }
+    )
+    return measure_choices(
+        data,
+        TOOLS,
+        dict(zip(("stick", "hammer"), choices, strict=True)),
+        {"stick": simulate(8.0, 10.0), "hammer": simulate(9.0, 6.0)},
+        {"stick": 0.01, "hammer": 0.02},
+        colours=(WOOD, STEEL),
+        seed=0,
+    )
+
+
+def test_numbers_of_made_up_choices_by_hand(measured):
+    assert (measured["correct_grip"], measured["correct_grip_headed_tool"]) == ("wood", "steel")
+    assert measured["p_correct"][0] == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(10_000))
+    assert measured["p_correct_headed_tool"][0] > 0.8
+    assert measured["p_correct"][1:].tolist() == [0.75, 0.75]
+    assert measured["p_correct_bayes"].tolist() == [0.75, 0.25, 0.0]
+    assert measured["p_correct_headed_tool"][1:].tolist() == [1.0, 0.375]
+    for key in ("p_correct", "p_correct_bayes", "p_correct_headed_tool"):
+        low, high = measured[f"{key}_ci95"].T
+        assert (low <= measured[key]).all()
+        assert (measured[key] <= high).all()
+    for tool, key in (("stick", "p_correct"), ("hammer", "p_correct_headed_tool")):
+        np.testing.assert_array_equal(measured["tools"][tool]["p_correct"], measured[key])
+        assert measured["tools"][tool]["chance"] == measured[key][0]
+    assert list(measured["tools"]) == ["stick", "hammer"]
+    assert [name for name, tool in measured["tools"].items() if tool["chance_by_symmetry"]] == ["stick"]
+    assert [each["energy_ratio_true"] for each in measured["tools"].values()] == [1.25, 1.5]
+    assert measured["off_axis_2mm_change"] == 0.02
+    assert measured["effort_flips"].tolist() == [0.25, 0.25, 1.0]
+    assert measured["energy_ratio_true"] == 1.25
+    assert measured["energy_true_headed_tool"] == {"wood": 9.0, "steel": 6.0}
+    assert measured["density_true"] == {"beech": 720.0, "steel": 7850.0}
+
+
+def test_words_and_rows_are_about_the_tools_that_there_are(measured):
+    whole = caption_proportions(TOOLS, measured)
+    assert "Both ends of the stick look alike, so chance is one half by symmetry; for the others" in whole
+    alone = {**measured, "tools": {"hammer": measured["tools"]["hammer"]}}
+    caption = caption_proportions((HAMMER,), alone)
+    assert "Chance depends on the shapes." in caption
+    assert "For the hammer, two rules" in caption
+    assert not any(wrong in caption for wrong in ("both ends", "Both ends", "the others"))
+    rows = tabulate_tools(measured)
+    assert rows.index.tolist() == ["stick", "hammer"]
+    assert rows["correct before"].str.contains("by symmetry").tolist() == [True, False]
+    assert rows["absolute work by grip"].iloc[1] == "9.00 J (wood) and 6.00 J (steel)"
+    assert rows["after one trial"].tolist() == ["75.0%", "100.0%"]
+
+
+@pytest.mark.parametrize(
+    ("effort", "word"), [({"wood": 1.0, "steel": 2.0}, "agrees"), ({"wood": 2.0, "steel": 1.0}, "does not agree")]
+)
+def test_other_measure_of_effort_agrees_or_not(measured, effort, word):
+    said = compare_measures({**measured, "effort_true": effort}, STICK)
+    assert f"measure of effort, {word} with the absolute work" in said

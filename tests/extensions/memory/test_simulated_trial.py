@@ -1,0 +1,63 @@
+"""Simulated trials as evidence: a lasting memory learns from them as the memory of the trial does."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.summed_trials import sum_trials
+
+from affordance.belief.learners import DENSITY, KINDS_MAP
+from affordance.belief.memory_file import format_memory
+from affordance.experiments.shared.observers import Setup
+from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.simulated_trial import describe_trial
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
+from affordance.proprioception.torque_noise import WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulation.trial import TrialRunner
+
+_ROD, *_, _DECOY = load_tools(MODELS / "tools" / "weight.yaml")
+
+
+def _hold(settings, tool=_ROD, seed=1):
+    runner = TrialRunner(settings)
+    return runner.run_hold(tool, runner.start_memory(), duration=0.5, seed=seed)
+
+
+@pytest.mark.parametrize("noise", [DEFAULT_SETTINGS.noise, WhiteNoise()])
+def test_evidence_of_one_hold_gives_the_belief_of_the_trial(noise):
+    settings = replace(DEFAULT_SETTINGS, noise=noise)
+    record = _hold(settings)
+    trial = describe_trial(record)
+    assert trial.num_samples == record.samples.accepted
+    assert trial.robot == "the paper's arm"
+    recalled = sum_trials([trial], settings.prior).build_belief()
+    np.testing.assert_allclose(recalled.precision, record.memory.belief.precision, rtol=1e-6)
+    np.testing.assert_allclose(recalled.information_vector, record.memory.belief.information_vector, rtol=1e-6)
+
+
+def test_trial_that_is_appended_is_what_the_next_observer_begins_with(tmp_path):
+    place = tmp_path / "memory.sqlite"
+    for learner in (DENSITY, KINDS_MAP):
+        settings = replace(DEFAULT_SETTINGS, learner=learner)
+        trial = describe_trial(_hold(settings, seed=2))
+        with open_memory(place) as ledger:
+            ledger.append([trial, describe_trial(_hold(settings, seed=2))])  # the same trial
+            assert len(ledger) == 1
+            assert ledger.verify() == []
+            known = ledger.recall(learner, settings.prior)
+        begun = Setup(settings=settings, known=format_memory(known)).start_memory(0)
+        assert begun.colours == known.colours
+        assert np.array_equal(begun.belief.precision, known.belief.precision)
+
+
+def test_evidence_of_a_noise_model_of_ones_own_is_none():
+    class MyNoise(type(DEFAULT_SETTINGS.noise)):
+        pass
+
+    assert describe_trial(_hold(replace(DEFAULT_SETTINGS, noise=MyNoise()))) is None
+
+
+def test_evidence_of_nothing_felt_is_none():
+    assert describe_trial(_hold(DEFAULT_SETTINGS)._replace(percept=None)) is None

@@ -1,0 +1,81 @@
+"""Search for a motion: better than at random, the same by the same seed, and within the limits with the load."""
+
+import numpy as np
+import pytest
+
+from affordance.extensions.payload.excitation import motion_design
+from affordance.extensions.payload.excitation.expectation import Aim
+from affordance.extensions.payload.excitation.motion_design import NoMotionError, design_motion, search
+from affordance.extensions.payload.excitation.planned_motion import FourierFamily, Limit, PostureFamily, list_times
+from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
+
+FEW = {"num_draws": 12, "num_changes": 20}
+
+
+def test_designed_motion_shows_more_than_random_ones(expectation, limits):
+    family = FourierFamily(expectation.robot, limits, 4.0)
+    design, spread = design_motion(expectation, family, Aim.MASS, **FEW)
+    assert design.score < 0.8 * design.typical
+    assert spread.mass == pytest.approx(design.score, rel=0.05)
+    bodies = parameters_from_theta(expectation.bodies)
+    assert limits.compute_excess(expectation.robot, design.motion, bodies) <= 1.0
+    again, _ = design_motion(expectation, family, Aim.MASS, **FEW)
+    np.testing.assert_array_equal(again.motion.q, design.motion.q)
+
+
+def test_each_motion_is_followed_once_for_its_limits_and_its_score(expectation, limits, monkeypatch):
+    """Scores are those without shared dynamics, which are computed once a motion, beyond the check of its tip."""
+    family, bodies = FourierFamily(expectation.robot, limits, 4.0), parameters_from_theta(expectation.bodies)
+    calls, follow = [], type(expectation.robot)._follow_links
+    monkeypatch.setattr(
+        type(expectation.robot), "_follow_links", lambda self, *motion: calls.append(0) or follow(self, *motion)
+    )
+    scored = []
+
+    def score(motion, dynamics):
+        scored.append((motion, expectation.predict(motion, dynamics)))
+        return scored[-1][1].mass
+
+    search(score, family, bodies, num_draws=6, num_changes=0)
+    assert 6 < len(calls) <= 6 * 3
+    for motion, spread in scored:
+        assert spread == expectation.predict(motion)
+
+
+def test_the_best_few_are_changed_and_the_best_of_these_is_kept(expectation, limits, monkeypatch):
+    family = FourierFamily(expectation.robot, limits, 4.0)
+    scores = []
+    for starts in (1, 6):  # the first of six is changed as one alone
+        monkeypatch.setattr(motion_design, "NUM_STARTS", starts)
+        scores.append(design_motion(expectation, family, Aim.MASS, num_draws=8, num_changes=8)[0].score)
+    assert scores[1] < scores[0]
+
+
+def test_what_a_motion_is_for_is_what_it_shows(expectation, limits):
+    family = FourierFamily(expectation.robot, limits, 4.0)
+    spreads = {aim: design_motion(expectation, family, aim, **FEW)[1] for aim in (Aim.MASS, Aim.INERTIA)}
+    assert spreads[Aim.MASS].mass < spreads[Aim.INERTIA].mass
+    assert spreads[Aim.INERTIA].inertia < spreads[Aim.MASS].inertia
+
+
+def test_no_motion_within_the_limits_is_said(expectation, limits):
+    family = PostureFamily(expectation.robot, limits, 1.0, 8)
+    with pytest.raises(NoMotionError, match=r"none of 12 motions of 1 s .*: most of them need more time"):
+        design_motion(expectation, family, Aim.MASS, **FEW)
+
+
+def test_the_limit_that_most_motions_break_is_named_with_the_least_share(expectation, limits):
+    robot, bodies = expectation.robot, parameters_from_theta(expectation.bodies)
+    weak = limits._replace(tau_max=np.where(np.arange(6) == 1, 1e-3, limits.tau_max))
+    family = FourierFamily(robot, weak, 4.0)
+    with pytest.raises(NoMotionError) as caught:
+        design_motion(expectation, family, Aim.MASS, **FEW)
+    rng = np.random.default_rng(0)
+    motions = [family.build(family.draw(rng), list_times(4.0)) for _ in range(12)]
+    least = min(weak.compute_excess(robot, motion, bodies) for motion in motions)
+    assert caught.value.limit is Limit.TORQUE
+    assert str(caught.value).endswith(f" {least:.2f} times the torque limit of {robot.joint_names[1]}")
+    family = FourierFamily(robot, limits._replace(height=4.0), 4.0)
+    with pytest.raises(NoMotionError, match=r"most of them come at least .* m too low") as caught:
+        design_motion(expectation, family, Aim.MASS, **FEW)
+    assert caught.value.limit is Limit.HEIGHT

@@ -1,0 +1,62 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.generated_runs import PAYLOAD, Truth, generate_pair, generate_run
+from numpy.testing import assert_allclose
+
+from affordance.extensions.payload.evidence.paired_runs import pair_runs
+from affordance.extensions.payload.posterior import payload_fit
+from affordance.extensions.payload.posterior.payload_fit import add_friction_error, build_channel_prior, fit_payload
+from affordance.extensions.payload.posterior.solid_prior import SolidPrior
+from affordance.extensions.payload.settings import DEFAULT_SETTINGS
+
+
+def test_body_and_noise_settle_in_a_few_rounds_each_as_the_other_says(robot, gains, monkeypatch):
+    runs = generate_pair(robot, np.random.default_rng(4), Truth(noise_sd=0.1))
+    evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
+    rounds, improve = [], payload_fit.improve_mode
+    monkeypatch.setattr(payload_fit, "improve_mode", lambda *args: rounds.append(args) or improve(*args))
+    fit = fit_payload(
+        evidence, build_channel_prior(evidence, gains, DEFAULT_SETTINGS), SolidPrior.for_hand(), DEFAULT_SETTINGS
+    )
+    assert len(rounds) < 25
+    errors = evidence.build_error_model(DEFAULT_SETTINGS)
+    weights = fit.likelihood.build_residual_weights(fit.mode.load)
+    assert_allclose(fit.long_run_variance, errors.estimate_variance(fit.statistics, weights), rtol=1e-3)
+    # Two runs of white noise of 0.1 N m that agrees over 0.3 s, at 100 samples a second.
+    assert fit.long_run_variance.mean() == pytest.approx(2.0 * 0.1**2 * 30.0, rel=0.4)
+
+
+@pytest.mark.parametrize("count", [1, 4, 60])
+def test_joint_that_hardly_moves_says_little_in_place_of_everything(robot, gains, rng, count):
+    """A joint with 1, 4 or 60 samples has an error no smaller than its signal, and the mass is right to 5 %."""
+    evidence = pair_runs(robot, *generate_pair(robot, rng, Truth(noise_sd=0.1)), DEFAULT_SETTINGS)
+    used = evidence.samples.used.copy()
+    used[:, -1] = np.arange(len(used)) < count
+    brief = replace(evidence, samples=evidence.samples._replace(used=used))
+    prior = build_channel_prior(evidence, gains, DEFAULT_SETTINGS)
+    fit = fit_payload(brief, prior, SolidPrior.for_hand(), DEFAULT_SETTINGS)
+    assert fit.long_run_variance[-1] >= (evidence.samples.signal[:count, -1] ** 2).mean()
+    assert fit.mode.pi[0] == pytest.approx(PAYLOAD[0], rel=0.05)
+
+
+def test_error_of_friction_scales_with_what_friction_does(robot, gains):
+    """Errors of mass and first moment are twice as large for twice the friction, which only the loaded run has."""
+    solid, sds = SolidPrior.for_hand(), []
+    settings = replace(DEFAULT_SETTINGS, gains=False)
+    exact = replace(gains, covariance=np.zeros_like(gains.covariance))
+    for friction in (0.0, 0.3, 0.6):
+        rng = np.random.default_rng(7)
+        truths = Truth(noise_sd=0.002), Truth(noise_sd=0.002, friction=(friction, 0.0, 0.0))
+        empty, loaded = (
+            generate_run(robot, pi, truth=truth, rng=rng) for pi, truth in zip((None, PAYLOAD), truths, strict=True)
+        )
+        evidence = pair_runs(robot, empty, loaded, settings)
+        widened = add_friction_error(evidence, exact, solid, settings)
+        variance = np.diag(widened.phantom_covariance - evidence.phantom_covariance)
+        sds.append(np.sqrt([variance[0], variance[1:4].sum()]))  # mass and first moment
+        for off in ({"friction": False}, {"floor": False}):
+            assert add_friction_error(evidence, exact, solid, replace(settings, **off)) is evidence
+    assert (sds[0] < 0.5 * sds[1]).all()  # what noise alone makes of it
+    assert_allclose(sds[2], 2.0 * sds[1], rtol=0.2)

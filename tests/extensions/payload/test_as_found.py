@@ -1,0 +1,126 @@
+"""Readings by the arm's own weight: what is found of recordings that their description misdescribes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.held_postures import draw_postures, generate_torques, generate_wrench
+from scipy.spatial.transform import Rotation
+
+from affordance.extensions.payload.as_found import Reading, describe_direction, find_reading
+from affordance.extensions.payload.identify import Runs, identify
+from affordance.extensions.payload.recording.run import Run, RunDescription, resample
+from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
+
+_FAST = IdentificationSettings(num_samples=500)
+_TRUTH = Truth(noise_sd=0.1, friction=(1.0, 0.5, 0.2), load_friction=0.03, file_error=0.1)
+_SIDEWAYS = (0.0, -9.81, 0.0)
+
+
+def _record(robot, payload=None, kind=SignalKind.JOINT_TORQUE, **more):
+    return generate_run(robot, payload, truth=_TRUTH, rng=np.random.default_rng(3), kind=kind, **more)
+
+
+def _describe(run, **changes):
+    return replace(run, description=replace(run.description, **changes))
+
+
+def _say(robot, run):
+    return [finding.problem for finding in find_reading(robot, run, DEFAULT_SETTINGS).findings]
+
+
+@pytest.mark.parametrize("payload", [None, PAYLOAD])
+@pytest.mark.parametrize("kind", [SignalKind.JOINT_TORQUE, SignalKind.CURRENT, SignalKind.WRENCH])
+def test_nothing_is_found_of_a_run_as_described(robot, payload, kind):
+    held = PAYLOAD if kind is SignalKind.WRENCH else payload
+    assert find_reading(robot, _record(robot, held, kind), DEFAULT_SETTINGS) == Reading()
+
+
+def test_the_sign_of_a_joint_and_of_all_is_found(robot):
+    run = _record(robot)
+    (said,) = _say(robot, replace(run, signal=run.signal * [1.0, -1.0, 1.0, 1.0, 1.0, 1.0]))
+    assert said.startswith("joint_2 has the opposite sign")
+    (said,) = _say(robot, replace(run, signal=-run.signal))
+    assert said.startswith("all joints have the opposite sign, as is KUKA's convention")
+
+
+@pytest.mark.parametrize("late", [0.06, -0.06])
+def test_the_time_by_which_signals_are_late_is_found(robot, late):
+    run = _record(robot)
+    reading = find_reading(
+        robot, replace(run, signal=resample(run.times - late, run.times, run.signal)), DEFAULT_SETTINGS
+    )
+    assert reading.lag == pytest.approx(late, abs=0.011)
+    assert ("late" if late > 0.0 else "early") in reading.findings[0].problem
+
+
+@pytest.mark.parametrize("kind", [SignalKind.JOINT_TORQUE, SignalKind.WRENCH])
+def test_gravity_along_another_axis_is_found(robot, kind):
+    held = PAYLOAD if kind is SignalKind.WRENCH else None
+    run = _record(robot.with_gravity(_SIDEWAYS), held, kind)
+    reading = find_reading(robot, run, DEFAULT_SETTINGS)
+    assert reading.findings[0].problem == "gravity seems to be along -y of the base"
+    assert reading.gravity == pytest.approx(_SIDEWAYS)
+    assert _say(robot, _describe(run, gravity=_SIDEWAYS)) == []
+
+
+def test_torques_without_the_arm_s_own_are_found_in_either_direction(robot):
+    run = _record(robot)
+    without = replace(
+        run, signal=run.signal - robot.compute_arm_torques(run.q, run.v, np.gradient(run.v, run.times, axis=0))
+    )
+    assert "lack the arm's own weight" in _say(robot, replace(without, signal=0.1 * without.signal))[0]
+    assert "contain the arm's own weight" in _say(robot, _describe(run, compensates_arm=True))[0]
+    assert _say(robot, _describe(replace(without, signal=0.1 * without.signal), compensates_arm=True)) == []
+
+
+def _hold(robot, signal, q, kind=SignalKind.WRENCH):
+    return Run("held", RunDescription(robot.joint_names, kind, postures=True), 0.5 * np.arange(len(q)), q, signal)
+
+
+def test_a_wrist_sensor_s_sign_and_mounting_are_found_in_held_postures(robot, rng):
+    q = draw_postures(20, rng)
+    wrench = generate_wrench(robot, q, PAYLOAD, rng)
+    assert _say(robot, _hold(robot, wrench, q)) == []
+    assert "opposite sign: 'force_on'" in _say(robot, _hold(robot, -wrench, q))[0]
+    R = Rotation.from_euler("z", 90.0, degrees=True).as_matrix()
+    turned = np.hstack([wrench[:, :3] @ R, wrench[:, 3:] @ R])
+    reading = find_reading(robot, _hold(robot, turned, q), DEFAULT_SETTINGS)
+    assert reading.findings[0].problem == "the sensor seems to be turned by 90 deg about +z of the tip"
+    assert reading.rotation == pytest.approx(R, abs=0.05)
+    assert reading.apply(_hold(robot, turned, q)).signal == pytest.approx(wrench, abs=0.5)
+
+
+def test_the_sign_of_a_joint_is_found_in_held_postures(robot, rng):
+    q = draw_postures(20, rng)
+    (signal,) = generate_torques(robot, q, (0.0 * PAYLOAD,), rng)
+    assert _say(robot, _hold(robot, signal, q, SignalKind.JOINT_TORQUE)) == []
+    turned = signal * [1.0, 1.0, -1.0, 1.0, 1.0, 1.0]
+    assert _say(robot, _hold(robot, turned, q, SignalKind.JOINT_TORQUE))[0].startswith(
+        "joint_3 has the opposite sign"
+    )
+
+
+def test_findings_are_doubts_unless_they_are_asked_for(robot):
+    signs = np.array([1.0, -1.0, 1.0, 1.0, 1.0, 1.0])
+    runs = [_record(robot, pi, duration=12.0) for pi in (PAYLOAD, None)]
+    loaded, empty = (replace(run, signal=run.signal * signs) for run in runs)
+    belief = identify(robot, Runs(loaded, (empty,)), settings=_FAST)
+    assert belief.doubts[0] == (
+        "generated: joint_2 has the opposite sign: the signal falls where the arm's own weight pulls more "
+        "(--as-found corrects for this)"
+    )
+    found = identify(robot, Runs(loaded, (empty,)), as_found=True, settings=_FAST)
+    right = identify(robot, Runs(runs[0], (runs[1],)), settings=_FAST)
+    assert found.doubts == right.doubts
+    assert found.mass == pytest.approx(right.mass, rel=1e-9)
+    assert "as found, not as described: the signal of joint_2 is taken with the opposite sign" in found.assumptions
+
+
+@pytest.mark.parametrize(
+    ("direction", "name"),
+    [([0.0, -1.0, 0.0], "-y"), ([0.01, 0.0, 1.0], "+z"), ([0.6, 0.0, 0.8], "(0.60, 0.00, 0.80)")],
+)
+def test_directions_are_named(direction, name):
+    assert describe_direction(np.array(direction)) == name

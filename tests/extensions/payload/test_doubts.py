@@ -1,0 +1,190 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.generated_runs import PAYLOAD, Truth, generate_run, record
+
+from affordance.exceptions import BadValueError
+from affordance.extensions.payload.doubts import compare_with_own_weight
+from affordance.extensions.payload.evidence.gains import read_gains, write_gains
+from affordance.extensions.payload.evidence.payload_likelihood import PayloadLikelihood
+from affordance.extensions.payload.identify import Runs, identify
+from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
+
+_SETTINGS = IdentificationSettings(num_samples=200)
+
+
+@pytest.fixture(scope="module")
+def pair(robot):
+    rng = np.random.default_rng(8)
+    return Runs(record(robot, rng, 2.0 * PAYLOAD, source="l"), (record(robot, rng, None, source="e"),))
+
+
+def test_gain_by_the_own_weight_is_the_true_one_within_its_error(robot, pair):
+    own = compare_with_own_weight(robot, pair.empty[0], DEFAULT_SETTINGS)
+    assert own.judged.sum() >= 2
+    assert (np.abs(own.gain - 0.1) < 4.0 * own.error * 0.1)[own.judged].all()
+    assert (own.explained > 0.95)[own.judged].all()
+
+
+def test_gains_remember_their_robot(robot, pair, tmp_path):
+    found = identify(robot, pair, reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS)
+    assert found.is_trusted
+    write_gains(tmp_path / "gains.yaml", found.calibration)
+    gains = read_gains(tmp_path / "gains.yaml")
+    assert gains.robot == robot.fingerprint
+    assert identify(robot, pair, gains=gains, settings=_SETTINGS).is_trusted
+    # Another mounting is the same robot, a link that is a gram heavier another.
+    assert robot.with_gravity((0.0, 9.81, 0.0)).fingerprint == robot.fingerprint
+    heavier = replace(robot, link_parameters=robot.link_parameters + 1e-3 * np.eye(6, 10))
+    doubts = identify(heavier, pair, gains=gains, settings=_SETTINGS).doubts
+    assert len(doubts) == 1
+    assert "with the file of another robot" in doubts[0]
+
+
+@pytest.mark.parametrize("analysis", ["no empty run", "unpaired", "paired", "gains"])
+def test_gains_by_the_own_weight_of_a_short_run_are_doubted(robot, analysis):
+    """Gains by the arm's own weight are doubted after 14 s and not after 16 s; paired or given gains never are."""
+    rng = np.random.default_rng(8)
+    doubts = {}
+    for duration in (14.0, 16.0):
+        loaded = record(robot, rng, 2.0 * PAYLOAD, source="l", duration=duration)
+        empty = record(robot, rng, None, source="e", duration=duration)
+        gains = None
+        if analysis == "gains":
+            weighed = Runs(loaded, (empty,))
+            gains = identify(robot, weighed, reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS).calibration
+        runs = Runs(loaded) if analysis == "no empty run" else Runs(loaded, (empty,))
+        belief = identify(robot, runs, paired=analysis == "paired", gains=gains, settings=_SETTINGS)
+        doubts[duration] = [doubt for doubt in belief.doubts if "too short to determine the gains" in doubt]
+    assert not doubts[16.0]
+    assert len(doubts[14.0]) == int(analysis in ("no empty run", "unpaired"))
+    if doubts[14.0]:
+        assert doubts[14.0][0].startswith(f"{'l' if analysis == 'no empty run' else 'e'}: 14.0 s")
+
+
+def test_angles_beyond_the_limits_of_joints_are_refused(robot, pair):
+    narrow = replace(robot, limits=np.array([[-0.2] * 6, [0.2] * 6]))
+    with pytest.raises(BadValueError, match=r"must be from -0.2 to 0.2 rad according to .*; are these degrees"):
+        identify(narrow, pair, settings=_SETTINGS)
+    assert (robot.limits == np.array([[-6.0] * 6, [6.0] * 6])).all()
+    turned = pair._replace(
+        loaded=replace(pair.loaded, q=pair.loaded.q + np.array([0.0, 2.0 * np.pi, 0.0, 0.0, 0.0, 0.0]))
+    )
+    with pytest.raises(BadValueError, match=r"q of joint_2: is .* according to .*robot.urdf; is it off by a turn"):
+        identify(robot, turned, settings=_SETTINGS)
+
+
+def test_a_sensor_that_sticks_is_named_with_its_time(robot):
+    rng = np.random.default_rng(8)
+    loaded, empty = (record(robot, rng, pi, SignalKind.JOINT_TORQUE, source="run") for pi in (PAYLOAD, None))
+    signal = loaded.signal.copy()
+    signal[400:600, 1] = signal[400, 1]
+    doubts = identify(robot, Runs(replace(loaded, signal=signal), (empty,)), settings=_SETTINGS).doubts
+    assert any(
+        "run, joint_2: from 8.0 s on, the signal stays at" in doubt and " for 4.0 s " in doubt for doubt in doubts
+    )
+
+
+def test_errors_of_joints_that_move_little_are_no_reason_for_doubt_until_they_are_large(robot):
+    """Errors of 3 % of a usual signal raise no doubt and 9 % do; joints 1 and 2 show a seventh of that signal."""
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (50, 6))
+    strength = np.sqrt((robot.compute_arm_torques(q, 0.0 * q, 0.0 * q) ** 2).mean(axis=0)).max()
+    for share, is_doubted in ((0.03, False), (0.09, True)):
+        rng, truth = np.random.default_rng(0), Truth(noise_sd=share * strength)
+        loaded, empty = (
+            generate_run(robot, pi, truth=truth, rng=rng, kind=SignalKind.JOINT_TORQUE, rate=50.0, source=source)
+            for pi, source in ((2.0 * PAYLOAD, "loaded"), (None, "empty"))
+        )
+        doubts = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS).doubts
+        assert any("% of a typical signal of the arm unexplained" in doubt for doubt in doubts) == is_doubted
+        assert is_doubted or not doubts
+
+
+# Runs of a joint sensor or one at the wrist, by the way in which the empty arm is treated, and what counts there.
+_COUNTS = {
+    (SignalKind.JOINT_TORQUE, "paired"): {"gains", "friction", "floor", "correlated_noise"},
+    (SignalKind.JOINT_TORQUE, "no empty run"): {"gains", "friction", "floor", "correlated_noise"},
+    (SignalKind.MOTOR_TORQUE, "unpaired"): {"gains", "load_friction", "friction", "floor", "correlated_noise"},
+    (SignalKind.CURRENT, "paired"): {"gains", "load_friction", "friction", "floor", "correlated_noise"},
+    (SignalKind.CURRENT, "no empty run"): {"load_friction", "friction", "floor", "correlated_noise"},
+    (SignalKind.CURRENT, "weighed"): {"gains", "load_friction", "friction", "floor", "correlated_noise"},
+    (SignalKind.WRENCH, "paired"): {"gains", "friction", "tare", "floor", "correlated_noise"},
+    (SignalKind.WRENCH, "no empty run"): {"gains", "friction", "correlated_noise"},
+}
+
+
+@pytest.mark.parametrize(("kind", "analysis"), _COUNTS)
+def test_a_part_of_the_uncertainty_that_is_switched_off_is_a_doubt_where_it_changes_the_result(robot, kind, analysis):
+    rng = np.random.default_rng(8)
+    gripper = 0.5 * PAYLOAD if kind is SignalKind.WRENCH else None
+    held = 2.0 * PAYLOAD + (0.0 if gripper is None else gripper)
+    seed = int(analysis == "unpaired")
+    loaded = record(robot, rng, held, kind, source="l", motion_seed=seed, duration=10.0)
+    empty = () if analysis == "no empty run" else (record(robot, rng, gripper, kind, source="e", duration=10.0),)
+    mass = 2.0 * PAYLOAD[0] if analysis == "weighed" else None
+
+    def find(settings):
+        paired = analysis != "unpaired"
+        return identify(robot, Runs(loaded, empty), paired=paired, reference_mass=mass, settings=settings)
+
+    everything = find(_SETTINGS)
+    for name in ("gains", "load_friction", "friction", "tare", "floor", "correlated_noise"):
+        belief = find(replace(_SETTINGS, **{name: False}))
+        said = [doubt for doubt in belief.doubts if f"(--off {name.replace('_', '-')})" in doubt]
+        assert len(said) == int(name in _COUNTS[kind, analysis])
+        if not said:
+            assert np.array_equal(belief.bodies.pi, everything.bodies.pi)
+    assert not any("--off" in doubt for doubt in everything.doubts)
+
+
+@pytest.fixture(scope="module")
+def weighed(robot):
+    """A pair of currents with a weighed load, the gains that it gives, and a second loaded run."""
+    rng, kind = np.random.default_rng(3), SignalKind.CURRENT
+    empty = record(robot, rng, None, kind, source="e", duration=20.0)
+    first, second = (record(robot, rng, 2.0 * PAYLOAD, kind, source=name, duration=20.0) for name in "lm")
+    gains = identify(robot, Runs(first, (empty,)), reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS).calibration
+    return gains, empty, second
+
+
+@pytest.mark.parametrize(("factor", "is_seen"), [(1.0, False), (1.25, True)])
+def test_another_controller_is_seen_by_the_weight_of_the_arm(robot, weighed, factor, is_seen):
+    gains, *runs = weighed
+    assert np.isfinite(gains.own_weight).all(axis=1).any()
+    empty, loaded = (replace(run, signal=factor * run.signal) for run in runs)
+    doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
+    assert any("since the gains were found; usual changes stay within " in doubt for doubt in doubts) == is_seen
+
+
+@pytest.mark.parametrize(("change", "is_seen"), [(0.01, False), (0.05, True)])
+def test_gains_that_differ_between_both_runs_are_doubted(robot, weighed, monkeypatch, change, is_seen):
+    gains, empty, loaded = weighed
+    found = np.full(6, change), np.full(6, 0.0045)
+    monkeypatch.setattr(PayloadLikelihood, "estimate_changes", lambda *_: found)
+    doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
+    assert (
+        any("has changed by +5.0 % since the empty run; usual changes stay within 1.3 %" in doubt for doubt in doubts)
+        == is_seen
+    )
+
+
+def test_commanded_currents_are_seen(robot, weighed):
+    """What a controller commands by the arm's model has the noise of no sensor."""
+    gains, *runs = weighed
+    commanded = []
+    for run in runs:
+        motion = run.q, run.v, np.gradient(run.v, run.times, axis=0)
+        rounded = 1e-3 * np.random.default_rng(len(commanded)).uniform(-0.5, 0.5, run.signal.shape)
+        torque = robot.compute_arm_torques(*motion)
+        commanded.append(replace(run, signal=gains.mean[:, 0] * torque + rounded))
+    doubts = identify(robot, Runs(commanded[1], (commanded[0],)), gains=gains, settings=_SETTINGS).doubts
+    assert any("are these commanded values instead of measured ones?" in doubt for doubt in doubts)
+
+
+def test_velocities_that_are_late_are_named(robot, weighed):
+    gains, empty, loaded = weighed
+    late = [np.interp(loaded.times - 0.04, loaded.times, v) for v in loaded.v.T]
+    loaded = replace(loaded, v=np.column_stack(late))
+    doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
+    assert any("velocities are 40 ms late" in doubt for doubt in doubts)

@@ -1,0 +1,100 @@
+"""Likelihood of pushes: against exact densities without errors, and against whole simulated courses of lifts."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from affordance.belief.learners import DENSITY, KINDS_DRAWN
+from affordance.extensions.people.experiments.lifts import cylinder
+from affordance.extensions.people.free_parameters import list_free
+from affordance.extensions.people.participant import Participant
+from affordance.extensions.people.particle_filter import compute_log_likelihoods
+from affordance.extensions.people.push import Pushes
+from affordance.extensions.people.pushes import Person
+from affordance.extensions.people.rivals import OWN_MEMORY
+from affordance.extensions.people.static_lifts import StaticLifter
+from affordance.proprioception.torque_noise import WeberNoise
+from affordance.settings import Settings
+
+TOOLS = (
+    cylinder("small", radius=0.045, height=0.06, mass=0.6),
+    cylinder("large", radius=0.045, height=0.12, mass=1.2),
+    cylinder("odd", radius=0.045, height=0.09, mass=1.6),
+)
+OBJECTS = np.array([0, 1, 2, 2, 0])
+ALL = np.ones(len(OBJECTS), dtype=bool)
+
+
+def lift(learner, settings, size, rng, pushes=None):
+    """Forces of observers who all lift the objects in their order, (N, size)."""
+    lifter = StaticLifter(TOOLS, settings)
+    seeds = [(0, each) for each in range(size)]
+    errors = rng.standard_normal((len(OBJECTS), size, 2, lifter.num_joints)) * lifter.error_sds[:, None]
+    objects = np.tile(OBJECTS[:, None], (1, size))
+    return lifter.run(objects, lifter.start(seeds), errors, seeds, pushes=pushes).force
+
+
+def test_without_errors_of_feeling_pushes_are_independent_and_normal():
+    quiet = dataclasses.replace(Settings(), noise=WeberNoise(weber_fraction=1e-9, threshold=1e-9), learner=OWN_MEMORY)
+    believed = lift(OWN_MEMORY, quiet, 1, np.random.default_rng(0))[:, 0]
+    pushes = believed * np.array([1.1, 0.8, 1.2, 1.0, 0.9])
+    person = Person("P1", OBJECTS, pushes, ALL)
+    free = list_free(OWN_MEMORY, Participant())
+    values = np.array([[0.1], [0.3]])
+    found = compute_log_likelihoods(person, TOOLS, OWN_MEMORY, quiet, free, values, particles=3, seed=(0,))
+    for row, (error,) in zip(found, values, strict=True):
+        np.testing.assert_allclose(row, norm.logpdf(pushes, believed, error * believed), rtol=1e-6)
+
+
+@pytest.mark.parametrize("learner", [DENSITY, OWN_MEMORY, KINDS_DRAWN], ids=lambda each: each.name)
+def test_likelihood_is_that_of_whole_courses_of_lifts(learner):
+    """The mean over 3,000 courses of the product of densities is the likelihood, with no filter at all."""
+    settings = dataclasses.replace(Settings(), learner=learner)
+    rng = np.random.default_rng(1)
+    pushes = np.array([4.0, 12.0, 9.0, 14.0, 6.0])
+    error = np.full(3000, 0.25)
+    one = Pushes(error, np.ones(3000), np.zeros(3000))
+    logs = np.zeros(3000)
+    for push, believed in zip(pushes, lift(learner, settings, 3000, rng), strict=True):
+        logs += one.compute_log_density(push, believed, np.full(3000, np.nan))
+    likelihoods = np.exp(logs)
+    standard_error = likelihoods.std() / np.sqrt(3000) / likelihoods.mean()
+    assert standard_error < 0.05
+    free = list_free(learner, Participant(), ["push_error"])
+    person = Person("P1", OBJECTS, pushes, ALL)
+    found = compute_log_likelihoods(
+        person, TOOLS, learner, settings, free, np.array([[0.25]]), particles=2000, seed=(2,)
+    )
+    assert found.sum() == pytest.approx(np.log(likelihoods.mean()), abs=5.0 * standard_error)
+
+
+def test_a_push_that_is_not_known_counts_nothing_and_a_lift_that_does_not_teach_changes_nothing():
+    free, settings = list_free(OWN_MEMORY, Participant()), Settings()
+    pushes = np.array([4.0, np.nan, 9.0, 14.0, 6.0])
+
+    def compute(teaches):
+        person = Person("P1", OBJECTS, pushes, np.array(teaches))
+        options = {"particles": 20, "seed": (0,)}
+        return compute_log_likelihoods(person, TOOLS, OWN_MEMORY, settings, free, np.array([[0.2]]), **options)[0]
+
+    found = compute([True] * 5)
+    assert found[1] == 0.0
+    assert (found[[0, 2, 3, 4]] != 0.0).all()
+    untaught = compute([False] * 5)
+    weights = 9.81 * 1000.0 * np.pi * 0.045**2 * np.array([0.06, 0.12, 0.09, 0.09, 0.06])
+    expected = norm.logpdf(pushes, weights, 0.2 * weights)
+    np.testing.assert_allclose(untaught[[0, 2, 3, 4]], expected[[0, 2, 3, 4]], rtol=1e-3)
+
+
+def test_values_share_one_stream():
+    """The same value twice has the same likelihood, and so has each alone."""
+    free = list_free(KINDS_DRAWN, Participant())
+    person = Person("P1", OBJECTS, np.array([4.0, 12.0, 9.0, 14.0, 6.0]), ALL)
+    options = {"particles": 10, "seed": (3,)}
+    values = np.array([[0.2, 0.2], [0.25, 0.4], [0.2, 0.2]])
+    found = compute_log_likelihoods(person, TOOLS, KINDS_DRAWN, Settings(), free, values, **options)
+    np.testing.assert_allclose(found[0], found[2], rtol=1e-12)
+    alone = compute_log_likelihoods(person, TOOLS, KINDS_DRAWN, Settings(), free, values[1:2], **options)
+    np.testing.assert_allclose(found[1], alone[0], rtol=1e-9)
