@@ -33,8 +33,8 @@ class MpcController(SampledSystem):
 
     The discrete state consists of the held torque, the plan, and counts of control periods. The task chooses the
     horizon; if it is zero, the previous plan continues. The same happens, with a logged warning, if the solver fails.
-    The seed of a sampled density is a parameter of the Context. The model and the planners are working memory that any
-    Context may overwrite, so only one Context may be advanced at a time.
+    The seed of a sampled density is a parameter of the Context. The model and the planners are working memory that
+    any Context may overwrite, so only one Context may be advanced at a time.
 
     Input ports:
         belief: Belief about the object, ObjectBelief.

@@ -269,7 +269,8 @@ class TrialDiagram:
     def read_nail_record(self, context: Context) -> NailRecord:
         """Returns the record of the nail, with which the Diagram must have been built."""
         logs, placement = self._nail_logs, self._nail
-        assert logs is not None and placement is not None
+        assert logs is not None
+        assert placement is not None
         travel, rate = np.array(logs.state.FindLog(context).data())
         resistance = np.array(logs.resistance.FindLog(context).data())[0]
         acceleration = np.array(logs.acceleration.FindLog(context).data())[0]
@@ -353,7 +354,7 @@ class TrialDiagram:
 
 
 def _select_arm(builder: DiagramBuilder, arm: Arm) -> tuple[OutputPort, OutputPort]:
-    """Returns ports with the arm's state and joint accelerations, without the nail's, which come last in the plant's."""
+    """Returns ports with the state and the joint accelerations of the arm, without the nail, which comes last."""
     plant, n = arm.plant, arm.num_joints
     state, vdot = plant.get_state_output_port(), plant.get_generalized_acceleration_output_port()
     if plant.num_velocities() == n:
