@@ -50,7 +50,7 @@ class DensityEstimator(SampledSystem):
     """
 
     def __init__(self, arm: Arm, *, noise: NoiseModel, deviation: float, sample_period: float) -> None:
-        """Declares states, ports and events; the deviation is a fraction of a material's mean, the period is in [s]."""
+        """Declares states, ports and events; the deviation is a fraction of a material's mean, the period in [s]."""
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
