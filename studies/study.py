@@ -149,7 +149,7 @@ def run_kept[C](
     Returns:
         Arrays, stacked over repeats along the first axis.
     """
-    key = compute_key(config, models, Path(__file__).parent)
+    key = compute_key(config, models, run_repeat)
     run = partial(run_repeat, config)
     return run_repeats(folder / "repeats" / key, run, repeats=repeats, jobs=jobs, description=description)
 

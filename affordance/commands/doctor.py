@@ -16,7 +16,6 @@ from affordance.version import __version__
 
 # Optional extras of users, each with a module that it installs and what it is for.
 EXTRAS = {
-    "cluster": ("distributed", "for --cluster"),
     "bags": ("rosbags", "reads ROS bags"),
     "parquet": ("pyarrow", "reads Parquet and LeRobot recordings"),
     "people": ("arviz", "summarises fits to people"),

@@ -42,7 +42,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--vision", choices=["features", "pixels"], default="features", help=what)
     options.add_memory(parser)
     options.add_json(parser)
-    add("--cluster", metavar="ADDRESS", help="Dask scheduler that runs the observers, in place of --jobs")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -82,7 +81,6 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
     report, left_out, findings = run_suite(
         experiments,
         setup,
-        cluster=arguments.cluster,
         begin=lambda names: options.tell(arguments, describe_plan(names, setup)) if len(names) > 1 else None,
         announce=lambda page: options.tell(arguments, f"The report so far: {page.resolve().as_uri()}"),
     )

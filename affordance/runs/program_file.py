@@ -6,21 +6,19 @@ Only options documented to do so load one (SECURITY.md); no table, memory or cac
 import hashlib
 import re
 import sys
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from affordance.exceptions import BadValueError, show_value
+import cloudpickle
 
-# Modules that send functions and classes to other processes, on this machine and on a cluster.
-_PICKLERS = ("joblib.externals.cloudpickle", "cloudpickle")
+from affordance.exceptions import BadValueError, show_value
 
 
 def load_program(path: Path, option: str) -> ModuleType:
     """Runs a Python file that an option names, and returns its module.
 
     Its definitions, and the modules that it imports from its folder, are sent to other processes by value, so that
-    the workers of a cluster do not need the file. A file with the same content is run only once.
+    these do not need the file. A file with the same content is run only once.
 
     Raises:
         BadValueError: The path is not a Python file, or running it fails.
@@ -46,7 +44,7 @@ def load_program(path: Path, option: str) -> ModuleType:
     loaded = [module, *(sys.modules[each] for each in set(sys.modules) - before)]
     for each in loaded:
         if (place := getattr(each, "__file__", None)) and Path(place).resolve().is_relative_to(file.parent):
-            _send_by_value(each)
+            cloudpickle.register_pickle_by_value(each)
     return module
 
 
@@ -58,12 +56,3 @@ def _describe(error: BaseException, file: Path) -> tuple[str, str]:
         trace = trace.tb_next
     message = " ".join(str(getattr(error, "msg", None) or error).split())
     return "" if line is None else f"line {line}", f"cannot be run: {type(error).__name__}: {message}"
-
-
-def _send_by_value(module: ModuleType) -> None:
-    for name in _PICKLERS:
-        try:
-            pickler = import_module(name)
-        except ImportError:  # Dask is not installed
-            continue
-        pickler.register_pickle_by_value(module)

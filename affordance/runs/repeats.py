@@ -3,7 +3,6 @@
 import functools
 import hashlib
 import importlib.metadata
-import inspect
 import itertools
 import json
 import logging
@@ -15,10 +14,11 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
-from dataclasses import is_dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+import cloudpickle
 import joblib
 import numpy as np
 from joblib.externals.loky import get_reusable_executor
@@ -29,7 +29,6 @@ from affordance.exceptions import AffordanceError, BadValueError, UnavailableErr
 from affordance.files.atomic import quarantine, to_plain, write_atomic
 from affordance.files.bounded import MESH, read_bytes
 from affordance.files.model_files import list_model_files
-from affordance.runs.sources import describe_run
 from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
@@ -50,7 +49,7 @@ _DAMAGE = (
 )
 _PACKAGE = Path(__file__).parents[1]
 # Folders of the package that cannot affect the numbers of a repeat, because they only report.
-_DECIDE_NOTHING = {"commands", "reporting"}
+_DECIDE_NOTHING = frozenset({"commands", "reporting"})
 # Version of an installed library. It is cached, because reading its metadata takes milliseconds.
 _find_version = functools.cache(importlib.metadata.version)
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
@@ -80,35 +79,32 @@ def list_versions() -> dict[str, str]:
     return {"affordance": __version__, "python": platform.python_version(), **versions}
 
 
-def compute_key(
-    config: Any,
-    models: Path | Sequence[Path],
-    *programs: Path,
-    function: Callable[..., Any] | None = None,
-    given: Sequence[Any] = (),
-) -> str:
-    """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
+def compute_key(inputs: Any, models: Path | Sequence[Path], *programs: Any) -> str:
+    """Computes a digest of everything that a repeat depends on: inputs, models, libraries and source files.
 
-    It covers this program except the folders that only report; the files of a model folder that the program reads;
-    for a configuration defined elsewhere, its package or the folder of its module; any further source folders
-    (``programs``); and everything that a function run with given values reaches (``describe_run``). A change of
-    anything else leaves stored repeats valid.
+    Args:
+        inputs: Configuration and arguments: dataclasses, numbers, texts, arrays and collections of these, functions
+            by their names, and anything else that can be pickled.
+        models: Folder of models, of which only the files that the program reads count, or files.
+        programs: Functions, classes and objects that are run. For one from elsewhere all Python files in the folder
+            of its module count, or in its package; for one without a file, as in a notebook, its code. Extensions of
+            this package count if one of them is run.
     """
-    digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True, default=joblib.hash).encode())
-    digest.update(json.dumps(list_versions()).encode())
-    home = _find_home(type(config)) if is_dataclass(config) else _PACKAGE
-    if not home.is_relative_to(_PACKAGE):
-        programs = (home, *programs)
+    described = json.dumps(to_plain(inputs), sort_keys=True, default=_identify)
+    digest = hashlib.sha256(f"{described} {list_versions()}".encode())
+    modules = [_find_module(each) for each in programs]
+    runs_extension = any(module.__name__.startswith("affordance.extensions.") for module in modules)
+    left_out = _DECIDE_NOTHING if runs_extension else {*_DECIDE_NOTHING, "extensions"}
     named = [
-        (str(path.relative_to(program)), path)
-        for program in (_PACKAGE, *dict.fromkeys(programs))
-        for path in sorted(program.rglob("*.py"))
-        if program != _PACKAGE or _DECIDE_NOTHING.isdisjoint(path.relative_to(program).parts)
+        (str(path.relative_to(_PACKAGE)), path)
+        for path in sorted(_PACKAGE.rglob("*.py"))
+        if left_out.isdisjoint(path.relative_to(_PACKAGE).parts)
     ]
-    if function is not None:
-        reached, sources = describe_run(function, given, but=_PACKAGE)
-        digest.update(reached.encode())
-        named += [(path.name, path) for path in sources]
+    for module in modules:
+        outermost = sys.modules[module.__name__.partition(".")[0]]
+        if (file := getattr(outermost, "__file__", None)) and (folder := Path(file).parent) != _PACKAGE:
+            files = folder.rglob("*.py") if hasattr(outermost, "__path__") else folder.glob("*.py")
+            named += [(str(path.relative_to(folder)), path) for path in sorted(files)]
     if isinstance(models, Path):
         named += [(str(path.relative_to(models)), path) for path in list_model_files(models)]
     else:
@@ -116,13 +112,25 @@ def compute_key(
     for name, path in named:
         digest.update(name.encode())
         digest.update(read_bytes(path, MESH))
+    for each, module in zip(programs, modules, strict=True):
+        if module.__name__ == "__main__" and not hasattr(module, "__file__"):
+            digest.update(cloudpickle.dumps(each))
     return digest.hexdigest()[:16]
 
 
-def _find_home(kind: type) -> Path:
-    """Finds the folder of a class: that of its outermost package, or else of its module."""
-    outermost = sys.modules[kind.__module__.partition(".")[0]]
-    return Path(getattr(outermost, "__file__", None) or inspect.getfile(kind)).parent
+def _identify(value: Any) -> str:
+    """Returns the name of a function or class, and a digest of any other object."""
+    if hasattr(value, "__qualname__"):
+        return f"{value.__module__}.{value.__qualname__}"
+    digest: str = joblib.hash(value)
+    return digest
+
+
+def _find_module(program: Any) -> ModuleType:
+    """Finds the module of a function, also a partial one, of a class, or of the class of an object."""
+    while isinstance(program, functools.partial):
+        program = program.func
+    return sys.modules[getattr(program, "__module__", type(program).__module__)]
 
 
 def run_repeats(

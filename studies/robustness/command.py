@@ -3,7 +3,6 @@
 import argparse
 import time
 from collections.abc import Iterator
-from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from affordance.commands.options import add_run_options
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.results import describe_faults, describe_setup
 from affordance.files.constraints import Whole
-from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import compute_key
 from studies.random_streams import StudyStream
 from studies.robustness import page
@@ -50,9 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="compare interpolated holds with simulated holds of all observers, in N settings drawn at random",
     )
     alone.add_argument("--page", action="store_true", help="fill the tables of docs/robustness.md from results/")
-    parser.add_argument(
-        "--cluster", metavar="ADDRESS", help="Dask scheduler that settings are sent to, instead of --jobs"
-    )
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
@@ -71,23 +66,22 @@ def plan(arguments: argparse.Namespace) -> Work | Task:
 def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
     """Evaluates the setting of the simulations, and then those of the sample."""
     start = time.perf_counter()
-    with nullcontext() if arguments.cluster is None else use_cluster(arguments.cluster, study.models):
-        arrays = run_kept(
-            study,
-            Robustness.run_setting,
-            folder,
-            study.list_files(),
-            repeats=arguments.repeats + 1,
-            jobs=arguments.jobs,
-            description="robustness",
-        )
+    arrays = run_kept(
+        study,
+        Robustness.run_setting,
+        folder,
+        study.list_files(),
+        repeats=arguments.repeats + 1,
+        jobs=arguments.jobs,
+        description="robustness",
+    )
     numbers = study.compute_metrics(arrays)
     run = {
         "seed": study.seed,
         "repeats": arguments.repeats,
         "config": study,
         "setup": describe_setup(study.settings),
-        "inputs": compute_key("", study.settings.arm.parent),
+        "inputs": compute_key(None, study.settings.arm.parent),
         "wall_s": time.perf_counter() - start,
     }
     section = describe(numbers, describe_faults(study.settings.faults))

@@ -14,6 +14,8 @@ from helpers.changed_files import change_file
 
 import affordance
 from affordance.exceptions import AffordanceError, BadValueError, UnavailableError
+from affordance.experiments import weight as weight_experiment
+from affordance.extensions.people.experiments.lifts import lift
 from affordance.files.bounded import read_bytes
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
@@ -197,7 +199,7 @@ def test_key_changes_with_every_other_source(program, monkeypatch):
     deciding = [
         program / name
         for name in SOURCES
-        if name not in ONLY_REPORT and not {*Path(name).parts} & {"commands", "reporting"}
+        if name not in ONLY_REPORT and not {*Path(name).parts} & {"commands", "reporting", "extensions"}
     ]
     assert {*read} == {*deciding}
     assert len(deciding) > 80
@@ -254,27 +256,30 @@ def test_key_changes_with_the_versions_of_libraries(monkeypatch):
     assert compute_key("", MODELS) != key
 
 
-def test_key_depends_on_further_sources(weight, tmp_path):
-    (tmp_path / "study.py").write_text("DURATION = 3.0", encoding="utf-8")
-    key = compute_key(weight, MODELS, tmp_path)
-    assert key != compute_key(weight, MODELS)
-    (tmp_path / "study.py").write_text("DURATION = 2.0", encoding="utf-8")
-    assert compute_key(weight, MODELS, tmp_path) != key
+def test_extensions_count_if_one_of_them_is_run(program):
+    def compute(run):
+        return compute_key(None, (), run)
+
+    keys = compute(weight_experiment.observe), compute(lift)
+    for path in (program / "extensions").rglob("*.py"):
+        path.write_text(f"{path.read_text(encoding='utf-8')}# another number")
+    assert compute(weight_experiment.observe) == keys[0]
+    assert compute(lift) != keys[1]
 
 
-def test_key_depends_on_the_whole_package_of_a_configuration(tmp_path, monkeypatch):
+def test_key_depends_on_the_whole_package_of_a_program(tmp_path, monkeypatch):
     (tmp_path / "mine" / "commands").mkdir(parents=True)
     for name in ("mine/__init__.py", "mine/commands/__init__.py", "mine/other.py"):
         (tmp_path / name).touch()
-    config = "from dataclasses import dataclass\n@dataclass\nclass Config:\n    seed: int = 0\n"
-    (tmp_path / "mine" / "commands" / "config.py").write_text(config, encoding="utf-8")
+    (tmp_path / "mine" / "commands" / "run.py").write_text("def run():\n    pass\n", encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    experiment = importlib.import_module("mine.commands.config").Config()
-    keys = [compute_key(experiment, MODELS)]
-    for name in ("other.py", "commands/config.py"):
+    run = importlib.import_module("mine.commands.run").run
+    keys = [compute_key(None, MODELS, run)]
+    for name in ("other.py", "commands/run.py"):
         (tmp_path / "mine" / name).write_text("DURATION = 2.0", encoding="utf-8")
-        keys.append(compute_key(experiment, MODELS))
-    assert len(set(keys)) == len(keys)
+        keys.append(compute_key(None, MODELS, run))
+    assert len(set(keys)) == 3
+    assert compute_key(None, MODELS) not in keys
 
 
 def test_folder_for_results_is_made(tmp_path):

@@ -64,7 +64,7 @@ def test_what_cannot_be_run_is_refused_before_anything_is_written(tmp_path, mode
 def test_help_explains_every_option(run):
     status, out, _ = run("--help")
     assert status == 0
-    for option in ("--repeats", "--seed", "--jobs", "--out", "--robot", "--vision", "--fault", "--cluster", "weight"):
+    for option in ("--repeats", "--seed", "--jobs", "--out", "--robot", "--vision", "--fault", "weight"):
         assert option in out
 
 

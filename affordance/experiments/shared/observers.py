@@ -91,7 +91,7 @@ def run_observers(
     """Runs ``observe(setup, *inputs, observer)`` for each observer, and joins the datasets along ``observer``.
 
     A finished observer is stored, and not run again as long as nothing changes that it depends on: seed, settings,
-    inputs, arm, libraries, this program, and all code and values that ``observe`` reaches (``describe_run``).
+    inputs, arm, libraries, this program, and the Python files in the folders of ``observe`` and of what it is given.
 
     Args:
         name: Name of the experiment, and of its folder within the folder of results.
@@ -109,15 +109,10 @@ def run_observers(
 
     Returns: Variables of all observers, with the additional dimension ``observer``.
     """
-    given = [
-        setup.seed,
-        setup.settings,
-        setup.known,
-        setup.remember,
-        inputs if follows_from is None else follows_from,
-    ]
-    given += [each for each in inputs if callable(each)]
-    key = compute_key("", list_arm_files(setup.settings.arm), function=observe, given=given)
+    given = (setup.seed, setup.settings, setup.known, inputs if follows_from is None else follows_from)
+    programs = (observe, setup.settings.learner, setup.settings.noise, setup.settings.eye, setup.remember)
+    programs += tuple(each for each in inputs if callable(each))
+    key = compute_key(given, list_arm_files(setup.settings.arm), *filter(None, programs))
     each = partial(observe, setup, *inputs)
     arrays = run_batches(
         setup.out / name / "repeats" / key,

@@ -104,7 +104,7 @@ def write_results(results: Results, name: str, setup: Setup, start: float) -> No
         "run_shown": OBSERVER_SHOWN,
         "config": setup,
         "setup": describe_setup(setup.settings, results.learners),
-        "inputs": compute_key("", setup.settings.arm.parent),
+        "inputs": compute_key(None, setup.settings.arm.parent),
         "versions": list_versions(),
         "commit": find_commit(),
         "wall_s": time.perf_counter() - start,

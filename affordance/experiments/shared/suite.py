@@ -6,7 +6,6 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -28,7 +27,6 @@ from affordance.files.frames import save_frame
 from affordance.files.lacks import read_lacks
 from affordance.plant.load import load_arm
 from affordance.reporting.report import note_left_out, remove_section, write_report
-from affordance.runs.cluster import use_cluster
 from affordance.runs.commit import find_commit
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 
@@ -66,7 +64,6 @@ def run_suite(
     names: Sequence[str] | str | Mapping[str, Experiment],
     setup: Setup,
     *,
-    cluster: str | None = None,
     begin: Callable[[Sequence[str]], None] | None = None,
     announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
@@ -77,13 +74,12 @@ def run_suite(
     Args:
         names: Name of one of the paper's experiments, or names of several; or other experiments, by name.
         setup: Setup of all experiments; each writes to a subfolder of its name in the folder of results.
-        cluster: Address of a Dask scheduler that runs the observers; None for processes on this machine.
         begin: Function called before the first run, with the names of the experiments that can be done.
         announce: Function called with the path of the report after the first of several experiments.
 
     Raises:
-        BadValueError: There is no such experiment, a file of the models is wrong, the folder cannot be written to, or
-            the cluster cannot be used. Nothing was written.
+        BadValueError: There is no such experiment, a file of the models is wrong, or the folder cannot be written to.
+            Nothing was written.
         ModelFileError: The arm cannot be loaded or used. Nothing was written.
         SeeingError: Features cannot be extracted from a picture, which was saved in OUT/frames.
         AffordanceError: No experiment can be done; the message gives the reason for the first one.
@@ -112,25 +108,24 @@ def run_suite(
     findings: dict[str, str] = {}
     if begin is not None:
         begin(found)
-    with use_cluster(cluster, setup.models) if cluster is not None else nullcontext():
-        for name in found:
-            start = time.perf_counter()
-            try:
-                results = known[name].run(setup)
-            except SeeingError as error:
-                raise save_frame(error, prepare_folder(setup.out) / "frames", type(error).__name__) from error
-            except AffordanceError as error:
-                leave_out(name, error)
-                continue
-            prepare_folder(setup.out / name)
-            remove_leftovers(setup.out)
-            write_results(results, name, setup, start)
-            findings[name] = results.finding
-            end_processes()
-            if len(found) > 1:
-                report = write_report(setup.out)
-                if announce is not None and len(findings) == 1:
-                    announce(report)
+    for name in found:
+        start = time.perf_counter()
+        try:
+            results = known[name].run(setup)
+        except SeeingError as error:
+            raise save_frame(error, prepare_folder(setup.out) / "frames", type(error).__name__) from error
+        except AffordanceError as error:
+            leave_out(name, error)
+            continue
+        prepare_folder(setup.out / name)
+        remove_leftovers(setup.out)
+        write_results(results, name, setup, start)
+        findings[name] = results.finding
+        end_processes()
+        if len(found) > 1:
+            report = write_report(setup.out)
+            if announce is not None and len(findings) == 1:
+                announce(report)
     reasons = {name: str(error) for name, error in left_out.items()}
     for name in reasons:
         remove_section(setup.out / name)  # left by an earlier run, perhaps with other models
