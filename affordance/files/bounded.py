@@ -1,8 +1,8 @@
 """Reads external files, with a limit on their size that depends on the kind of file.
 
 Sizes are checked before reading, so an oversized file costs nothing. Each limit is a generous multiple of the usual
-size, and small enough that reading a file takes a few minutes and gigabytes at most. YAML also has limits on entries
-and levels, and must not repeat keys. Every fault raises a one-line error.
+size, and small enough that reading a file takes a few minutes and gigabytes at most. Every fault raises a one-line
+error.
 """
 
 import difflib
@@ -10,14 +10,13 @@ import json
 import re
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import yaml
-from yaml.composer import Composer
 
-from affordance.exceptions import PROSE, BadValueError, find_hidden, show_value, suggest
+from affordance.exceptions import BadValueError, show_value, suggest
 
 _MB = 1_000_000
 # Tools, materials and other settings in YAML: the program's largest file has 8 kB.
@@ -30,11 +29,6 @@ MESH = 200 * _MB
 RECORDING = 200 * _MB
 # Results of the program itself: memories, sections, metrics, summaries.
 RESULTS = 100 * _MB
-# Largest number of entries and levels of a YAML file, and number of characters of a text that count as another entry.
-# The program's largest file has 720 entries and 10 levels; 100000 entries take seconds to read.
-_MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
-# Largest number of characters of a number: the largest double without an exponent has 309.
-_MOST_DIGITS = 1000
 # Contents of a file that PyYAML quotes in messages; hidden, because the user may have no right to read the file.
 _QUOTED = re.compile(r"(alias|anchor|tag|handle|base \d+:|to float:) '.*?'")
 # Least similarity (difflib's ratio) of file names that differ by a typing error: one letter of seven gives 0.86.
@@ -106,25 +100,21 @@ def _complain(path: Path, size: int, most: int) -> BadValueError:
 def read_yaml(path: Path) -> Any:
     """Parses a YAML file; the content must be checked by ``files.data_model``.
 
-    A file that cannot be read, is not YAML, repeats a key, or is too large or too deep raises a BadValueError.
+    A file that cannot be read, is not YAML, repeats a key, or is too large raises a BadValueError.
     """
     return parse_yaml(read_text(path, SETTINGS), path)
 
 
 def parse_yaml(text: str, source: Path | str) -> Any:
     """Parses YAML text, such as a command's argument; errors are those of ``read_yaml``."""
-    with suppress(yaml.YAMLError, ValueError, RecursionError):
-        if yaml.__with_libyaml__:
-            return _FastLoader(text).get_single_data()
     with _translate_yaml(source):
-        return _Loader(text).get_single_data()
+        return yaml.load(text, _Loader)  # noqa: S506  (derives from the safe loader)
 
 
 def check_yaml(path: Path) -> None:
-    """Raises a BadValueError unless a file is YAML within the limits; tags of other programs are allowed."""
-    text = read_text(path, SETTINGS)
+    """Raises a BadValueError unless a file is YAML; tags of other programs are allowed."""
     with _translate_yaml(path):
-        _Loader(text).get_single_node()
+        yaml.compose(read_text(path, SETTINGS), _Loader)
 
 
 @contextmanager
@@ -135,51 +125,16 @@ def _translate_yaml(path: Path | str) -> Iterator[None]:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        refused = isinstance(error, _Refusal)
-        problem = str(error.problem) if refused else f"is not YAML: {_QUOTED.sub(r'\1', str(error.problem))}"
-        raise BadValueError(path, where, problem) from error
+        raise BadValueError(path, where, f"is not YAML: {_QUOTED.sub(r'\1', str(error.problem))}") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise BadValueError(path, "", f"is not YAML: {_QUOTED.sub(r'\1', str(error))}") from error
 
 
-class _Refusal(yaml.MarkedYAMLError):
-    """Error for valid YAML that exceeds the limits."""
-
-
 class _Loader(yaml.SafeLoader):
-    """Loader that parses numbers such as 1e-3 as in YAML 1.2, and rejects duplicate keys and excessive contents.
+    """Loader that parses numbers such as 1e-3 as in YAML 1.2, and rejects keys that are given twice.
 
-    An alias repeats the contents of its anchor. Nine lines of aliases can exceed any memory, so entries are counted
-    as often as they are referenced.
+    PyYAML's C loader ends the process where brackets are nested very deep; this one raises a RecursionError.
     """
-
-    def __init__(self, stream: str) -> None:
-        super().__init__(stream)
-        self._depth = self._entries = 0
-        self._sizes: dict[int, int] = {}
-
-    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Composes a node and counts its entries, with aliases expanded."""
-        mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
-        is_alias = self.check_event(yaml.events.AliasEvent)
-        before, self._depth = self._entries, self._depth + 1
-        if self._depth > _MOST_DEEP:
-            raise _Refusal(problem=f"is more than {_MOST_DEEP} levels deep", problem_mark=mark)
-        node: yaml.Node | None = super().compose_node(parent, index)
-        if is_alias:
-            if id(node) not in self._sizes:
-                raise _Refusal(problem="is an alias inside its own anchor", problem_mark=mark)
-            self._entries += self._sizes[id(node)]
-        else:
-            if isinstance(node, yaml.ScalarNode) and (hidden := find_hidden(node.value, PROSE)):
-                raise _Refusal(problem=f"holds {hidden}", problem_mark=mark)
-            self._entries += 1 + (len(node.value) // _ENTRY_LENGTH if isinstance(node, yaml.ScalarNode) else 0)
-        if self._entries > _MOST_ENTRIES:
-            problem = f"expands to more than {_MOST_ENTRIES} entries, with each use of an alias counted"
-            raise _Refusal(problem=problem, problem_mark=mark)
-        self._sizes[id(node)] = self._entries - before
-        self._depth -= 1
-        return node
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()
@@ -196,28 +151,7 @@ class _Loader(yaml.SafeLoader):
             seen.add(key)
         return super().construct_mapping(node, deep)
 
-    def construct_number(self, node: yaml.ScalarNode) -> int | float:
-        """Parses a number, unless it has too many digits."""
-        if len(node.value) > _MOST_DIGITS:
-            problem = f"is a number of {len(node.value)} characters, must have at most {_MOST_DIGITS}"
-            raise _Refusal(problem=problem, problem_mark=node.start_mark)
-        if node.tag.endswith(":int"):
-            return self.construct_yaml_int(node)
-        return self.construct_yaml_float(node)
 
-
-for _kind in ("int", "float"):
-    _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _Loader.construct_number)
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"), list("-+.0123456789")
 )
-
-
-class _FastLoader(*((yaml.CSafeLoader,) if yaml.__with_libyaml__ else ()), _Loader):  # type: ignore[misc]
-    """Loader with LibYAML's scanner, which is several times faster; ``_Loader`` gives better error messages."""
-
-    check_node, get_node, get_single_node = Composer.check_node, Composer.get_node, Composer.get_single_node
-
-    def __init__(self, stream: str) -> None:
-        yaml.CSafeLoader.__init__(self, stream)
-        _Loader.__init__(self, stream)

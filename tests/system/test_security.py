@@ -34,9 +34,6 @@ PACKAGE = Path(affordance.__file__).parent
 PAGE = (Path(__file__).parents[2] / "SECURITY.md").read_text(encoding="utf-8")
 # No file takes longer to be refused; far more than is needed on a loaded machine.
 PATIENCE = 120.0
-LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
-    f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]\n" for level in range(1, 10)
-)
 ENTITIES = '<!DOCTYPE a [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>'
 FOREVER = "CREATE VIEW schema AS WITH RECURSIVE a(x) AS (SELECT 1 UNION ALL SELECT x FROM a) SELECT x FROM a;"
 TOOLS = """tools:
@@ -60,13 +57,12 @@ def change(old, new, text):
 
 # Tools files, and messages that refuse them.
 TOOL_FILES = {
-    "aliases": (LAUGHS, "expands to more than 100000 entries"),
     "tags": ("a: !!python/object/apply:os.system ['touch owned']", "could not determine a constructor"),
-    "deep": ("[" * 50_000, "is more than 40 levels deep"),
-    "digits": (change("0.05", "9" * 5000, PLAIN), "is a number of 5000 characters"),
+    "deep": ("[" * 50_000, "is not YAML: maximum recursion depth exceeded"),
+    "digits": (change("0.05", "9" * 5000, PLAIN), "is not YAML: Exceeds the limit"),
     "calculation": (change("0.05", "9 ** 9 ** 9", PLAIN), "semi_axes[0]: is '9 ** 9 ** 9'"),
     "template": (change("thing", "{{ 7 * 7 }}", PLAIN), "is not YAML"),
-    "escape sequences": (change("thing", '"\\e[2J"', PLAIN), "holds the hidden character U+001B"),
+    "escape sequences": (change("thing", '"\\e[2J"', PLAIN), "must be without the hidden character U+001B"),
     "endless name": (change("thing", "m" * 500, PLAIN), "must have at most 200"),
     "nan": (change("0.05", ".nan", PLAIN), "semi_axes[0]: is nan"),
 }
@@ -103,7 +99,6 @@ RECORDINGS = {
     "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: is longer than 100000 characters"),
     "netCDF": ("loaded.nc", b"CDF\x01" + b"\xff" * 100, "is not a netCDF 3 file of numbers"),
     "database": ("loaded.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
-    "aliases": ("loaded.yaml", LAUGHS, "expands to more than 100000 entries"),
     "memory": ("memory.json", "{" * 100_000, "memory.json: is JSON, must be an SQLite file"),
     "ledger": ("ledger.db3", FOREVER, "is a database of another program (tables: none)"),
     "hidden column": (
@@ -112,10 +107,8 @@ RECORDINGS = {
         "columns: is 'tau_\\u202e1', must be without the hidden",
     ),
     URL: (URL, "", "postgresql://...: is a URL, must be the path of an SQLite file"),
-    "gains": ("gains.yaml", LAUGHS, "expands to more than 100000 entries"),
-    "object": ("object.yaml", LAUGHS, "expands to more than 100000 entries"),
 }
-OPTIONS = {"memory.json": "--memory", "ledger.db3": "--memory", "gains.yaml": "--gains", "object.yaml": "--object"}
+OPTIONS = {"memory.json": "--memory", "ledger.db3": "--memory"}
 OPTIONS[URL] = "--memory"
 
 
@@ -319,10 +312,7 @@ def show_size(number):
 @pytest.mark.parametrize(
     ("row", "wanted"),
     [
-        (
-            "YAML",
-            [show_size(bounded.SETTINGS), bounded._MOST_ENTRIES, bounded._MOST_DEEP, bounded._MOST_DIGITS],
-        ),
+        ("YAML", [show_size(bounded.SETTINGS)]),
         ("payloads in JSON", [show_size(bounded.RESULTS)]),
         (
             "table of trials",
