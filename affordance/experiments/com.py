@@ -33,13 +33,22 @@ from affordance.experiments.shared.objects import (
     list_looks,
     read_tools,
 )
-from affordance.experiments.shared.observer_numbers import ObserverNumbers, measure_learners
+from affordance.experiments.shared.observer_numbers import (
+    Measure,
+    ObserverNumbers,
+    mean,
+    mean_with_interval,
+    measure_learners,
+    median,
+    summarise_measures,
+    total,
+)
 from affordance.experiments.shared.observers import OBSERVER_SHOWN, Setup, find_excursion, run_observers
 from affordance.experiments.shared.results import Results
 from affordance.objects.colour import SAME_COLOUR, is_same_colour
 from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
-from affordance.reporting.claims import CM, MM, PERCENT, ClaimResult, check, claim, with_interval
+from affordance.reporting.claims import CM, MM, PERCENT, ClaimResult, check, claim
 from affordance.reporting.formatting import count_observers
 from affordance.runs.random_streams import Stream
 from affordance.simulation.trial import get_runner
@@ -52,10 +61,9 @@ DURATION = 3.0  # of each hold in the test pass, [s]
 SAME_MASS = 1e-9  # relative difference up to which masses are equal but for rounding
 APART = 1e-3  # smallest distance at which two centres of mass count as different, [m]
 POINTS = {"height_centre": "geometric centre", "height_grip": "grip", "height_com": "true centre of mass"}
-PREDICTED = 9  # last entry of the seed for looking at an object; the draws of a trial count from 0
-MEANINGS = {
-    "height_extreme_m": "largest excursion of each object's geometric centre, m"
-}  # numbers that are predicted
+LOOK = 9  # last entry of the seed for looking at an object; the draws of a trial count from 0
+# Numbers of `measure` that are predicted for every learner, and their meanings.
+PREDICTED = {"height_extreme_m": "largest excursion of each object's geometric centre, m"}
 
 
 def run(setup: Setup) -> Results:
@@ -130,13 +138,13 @@ def predict(setup: Setup) -> ObserverNumbers:
     """Computes the numbers of each observer of every learner."""
     tools = read(setup)
 
-    def measure_one(setup: Setup) -> dict[str, xr.DataArray]:
+    def measure_one(setup: Setup) -> dict[str, Measure]:
         experience = gain_experience(setup, tools[:2])
         return measure(
             run_observers("com", setup, observe, tools, experience, follows_from=(tools, gain_experience)), tools
         )
 
-    return measure_learners(setup, measure_one, MEANINGS)
+    return measure_learners(setup, measure_one, PREDICTED)
 
 
 def read(setup: Setup) -> Sequence[Tool]:
@@ -193,7 +201,7 @@ def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observe
     memory, records = hold(setup, tools, experience, observer)
     predicted = []
     for trial, tool in enumerate(tools):
-        rng = np.random.default_rng([setup.seed, observer, Stream.TEST, trial, PREDICTED])
+        rng = np.random.default_rng([setup.seed, observer, Stream.TEST, trial, LOOK])
         seen = look_at(tool, settings.eye, settings.vision_error, rng)
         belief = predict_object(seen, memory, settings.prior)
         predicted.append(belief.compute_parameters(belief.densities.compute_mode()))
@@ -226,28 +234,38 @@ def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observe
     )
 
 
-def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, xr.DataArray]:
-    """Computes the numbers of each observer; errors leave out the decoy, which is meant to be misjudged."""
+def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, Measure]:
+    """Computes the numbers of each observer, and says how each is summarised over observers.
+
+    Errors leave out the decoy, which is meant to be misjudged.
+    """
     far = find_excursion(data.height_centre)
     predicted = data.predicted.isel(trial=slice(2))
     true = xr.DataArray(np.array([tool.parameters for tool in tools[:2]]), dims=("trial", "parameter"))
     mass, centre, moments = ({"parameter": each} for each in (0, slice(1, 4), slice(4, 7)))
     of_centre = predicted[centre] / predicted[mass] - true[centre] / true[mass]
     return {
-        "height_extreme_m": far,
-        "deviation_m": abs(far),
-        "density_median": data.density_median,
-        "mass_error": abs(predicted[mass] / true[mass] - 1.0),
-        "com_error_m": measure_length(of_centre),
-        "inertia_error": measure_length(predicted[moments] - true[moments]) / measure_length(true[moments]),
-        "height_extreme_grip_m": find_excursion(data.height_grip),
-        "height_extreme_com_m": find_excursion(data.height_com),
-        "periods_limited": data.periods_limited,
-        "periods_failed": data.periods_failed,
-        "samples_rejected_test": data.samples_rejected,
-        "trials_outlier_test": data.p_value < OUTLIER_P_VALUE,
-        "p_value_test": data.p_value,
+        "height_extreme_m": mean_with_interval(far),
+        "deviation_m": mean_with_interval(abs(far)),
+        "density_median": median(data.density_median),
+        "mass_error": Measure(abs(predicted[mass] / true[mass] - 1.0), _summarise_error),
+        "com_error_m": Measure(measure_length(of_centre), _summarise_error),
+        "inertia_error": Measure(
+            measure_length(predicted[moments] - true[moments]) / measure_length(true[moments]), _summarise_error
+        ),
+        "height_extreme_grip_m": mean(find_excursion(data.height_grip)),
+        "height_extreme_com_m": mean(find_excursion(data.height_com)),
+        "periods_limited": total(data.periods_limited),
+        "periods_failed": total(data.periods_failed),
+        "samples_rejected_test": total(data.samples_rejected),
+        "trials_outlier_test": total(data.p_value < OUTLIER_P_VALUE),
+        "p_value_test": median(data.p_value),
     }
+
+
+def _summarise_error(name: str, values: xr.DataArray) -> dict[str, float]:
+    """Summarises errors of both objects by one median."""
+    return {name: float(values.median())}
 
 
 def measure_length(vectors: xr.DataArray) -> xr.DataArray:
@@ -258,25 +276,18 @@ def measure_length(vectors: xr.DataArray) -> xr.DataArray:
     return lengths
 
 
-def summarise(each: Mapping[str, xr.DataArray], tools: Sequence[Tool]) -> dict[str, Any]:
-    """Summarises the numbers over observers, as in metrics.json."""
+def summarise(found: Mapping[str, Measure], tools: Sequence[Tool]) -> dict[str, Any]:
+    """Summarises the numbers over observers and adds the true values, as in metrics.json."""
     parts = [part for tool in tools[:2] for part in tool.components]
     colours, densities = list_colours(tools), list_densities(tools[:2])
-    learned = each["density_median"].median("observer").values
-    counts = ("periods_limited", "periods_failed", "samples_rejected_test", "trials_outlier_test")
+    numbers = summarise_measures(found)
     shown = {part.material.name: part.looks_like.colour for part in parts}
     return {
+        **numbers,
         "mass_true": np.array([tool.mass for tool in tools]),
         "p_ToTcm_x_true": np.array([tool.p_TTcm[0] for tool in tools]),
-        **with_interval("height_extreme_m", each["height_extreme_m"]),
-        **with_interval("deviation_m", each["deviation_m"]),
-        "density_median": {name: learned[colours.index(colour)] for name, colour in shown.items()},
+        "density_median": {name: numbers["density_median"][colours.index(colour)] for name, colour in shown.items()},
         "density_true": {name: densities[colour] for name, colour in shown.items()},
-        **{name: float(each[name].median()) for name in ("mass_error", "com_error_m", "inertia_error")},
-        "height_extreme_grip_m": each["height_extreme_grip_m"].mean("observer").values,
-        "height_extreme_com_m": each["height_extreme_com_m"].mean("observer").values,
-        **{name: each[name].sum("observer").values for name in counts},
-        "p_value_test": each["p_value_test"].median("observer").values,
     }
 
 

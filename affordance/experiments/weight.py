@@ -27,12 +27,21 @@ from affordance.experiments.shared.objects import (
     list_looks,
     read_tools,
 )
-from affordance.experiments.shared.observer_numbers import ObserverNumbers, measure_learners
+from affordance.experiments.shared.observer_numbers import (
+    Measure,
+    ObserverNumbers,
+    mean,
+    mean_with_interval,
+    measure_learners,
+    median,
+    summarise_measures,
+    total,
+)
 from affordance.experiments.shared.observers import OBSERVER_SHOWN, Setup, find_excursion, run_observers
 from affordance.experiments.shared.results import Results
 from affordance.objects.tool import Tool, list_colours
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
-from affordance.reporting.claims import CM, KG, KG_PER_M3, PERCENT, ClaimResult, check, claim, with_interval
+from affordance.reporting.claims import CM, KG, KG_PER_M3, PERCENT, ClaimResult, check, claim
 from affordance.reporting.formatting import count_observers
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
@@ -40,14 +49,16 @@ from affordance.simulation.trial_record import TrialRecord
 OBJECTS = "tools/weight.yaml"  # in models/, or in the folder that --robot names; the last object is the decoy
 DURATION = 3.0  # of each hold, [s]
 QUARTILES = (0.25, 0.5, 0.75)
-MEANINGS = {"drop_m": "drop of each rod, m", "decoy_lift_m": "rise of the decoy, m"}  # numbers that are predicted
+# Numbers of `measure` that are predicted for every learner, and their meanings.
+PREDICTED = {"drop_m": "drop of each rod, m", "decoy_lift_m": "rise of the decoy, m"}
 
 
 def run(setup: Setup) -> Results:
     """Runs the experiment; raises a BadValueError for objects that do not fit it."""
     tools = read(setup)
     data = run_observers("weight", setup, observe, tools)
-    numbers = summarise(measure(data), tools)
+    found = measure(data)
+    numbers = summarise(found, tools)
     # Held again, because the dataset has no full records; the same seed gives the same holds.
     _, records_shown = hold(setup, tools, OBSERVER_SHOWN)
     drop, lift = 100.0 * numbers["drop_m"], 100.0 * numbers["decoy_lift_m"]
@@ -69,7 +80,7 @@ def run(setup: Setup) -> Results:
         figures={
             "figure3": (
                 "Figure 3. Left: believed density before and after each trial. Others: drop, on two scales.",
-                partial(draw_density_and_drop, select_rods(data), tools[:-1]),
+                partial(draw_density_and_drop, select_rods(data), found["drop_m"].values, tools[:-1]),
             ),
             "figure4": (
                 "Figure 4. Height of each object's geometric centre. The goal is to keep it where it was given.",
@@ -105,7 +116,7 @@ def predict(setup: Setup) -> ObserverNumbers:
     """Simulates the observers of every learner and computes the numbers of each, for ``affordance predict``."""
     tools = read(setup)
     return measure_learners(
-        setup, lambda variant: measure(run_observers("weight", variant, observe, tools)), MEANINGS
+        setup, lambda variant: measure(run_observers("weight", variant, observe, tools)), PREDICTED
     )
 
 
@@ -193,47 +204,38 @@ def select_rods(data: xr.Dataset) -> xr.Dataset:
     return data.isel(trial=slice(-1), moment=slice(-1))
 
 
-def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Computes each observer's numbers, such as drops, [m], which ``summarise`` averages; the decoy comes last."""
+def measure(data: xr.Dataset) -> dict[str, Measure]:
+    """Computes each observer's numbers, and says how each is summarised over observers; the decoy comes last."""
     rods, decoy = select_rods(data), data.isel(trial=-1)
-    low, median, high = (rods.density.isel(quantile=k) for k in range(len(QUARTILES)))
+    low, middle, high = (rods.density.isel(quantile=k) for k in range(len(QUARTILES)))
     drop = np.maximum(0.0, -rods.height.min("time"))
     return {
-        "density_p25": low,
-        "density_median": median,
-        "density_p75": high,
-        "density_mode": rods.density_mode,
-        "drop_m": drop,
-        "drop_growth_m": drop.diff("trial"),
-        "deviation_m": abs(find_excursion(rods.height)),
-        "decoy_lift_m": np.maximum(0.0, decoy.height.max("time")),
-        "decoy_rises": find_excursion(decoy.height) > 0.0,
-        "log_evidence": data.log_evidence,
-        "periods_limited": data.periods_limited,
-        "periods_failed": data.periods_failed,
-        "samples_rejected": data.samples_rejected,
-        "trials_outlier": data.p_value < OUTLIER_P_VALUE,
+        "density_p25": median(low),
+        "density_median": median(middle),
+        "density_p75": median(high),
+        "density_mode": median(rods.density_mode),
+        "drop_m": mean_with_interval(drop),
+        "drop_growth_m": mean_with_interval(drop.diff("trial")),
+        "deviation_m": mean(abs(find_excursion(rods.height))),
+        "decoy_lift_m": mean_with_interval(np.maximum(0.0, decoy.height.max("time"))),
+        "decoy_rises": mean(find_excursion(decoy.height) > 0.0),
+        "log_evidence": mean(data.log_evidence),
+        "periods_limited": total(data.periods_limited),
+        "periods_failed": total(data.periods_failed),
+        "samples_rejected": total(data.samples_rejected),
+        "trials_outlier": total(data.p_value < OUTLIER_P_VALUE),
     }
 
 
-def summarise(found: Mapping[str, xr.DataArray], tools: Sequence[Tool]) -> dict[str, Any]:
-    """Summarises the numbers over observers, as in metrics.json."""
+def summarise(found: Mapping[str, Measure], tools: Sequence[Tool]) -> dict[str, Any]:
+    """Summarises the numbers over observers and adds the true values, as in metrics.json."""
     *rods, decoy = tools
-    by_median = ("density_p25", "density_median", "density_p75", "density_mode")
-    by_sum = ("periods_limited", "periods_failed", "samples_rejected", "trials_outlier")
     return {
+        **summarise_measures(found),
         "density_true": rods[0].components[0].material.density,
-        **{name: found[name].median("observer").values for name in by_median},
-        **with_interval("drop_m", found["drop_m"]),
-        **with_interval("drop_growth_m", found["drop_growth_m"]),
-        "deviation_m": found["deviation_m"].mean("observer").values,
         "mass_true": np.array([tool.mass for tool in rods]),
         "decoy_mass_true": decoy.mass,
-        **with_interval("decoy_lift_m", found["decoy_lift_m"]),
-        "decoy_rises": float(found["decoy_rises"].mean()),
         "decoy_density_true": decoy.components[0].material.density,
-        "log_evidence": found["log_evidence"].mean("observer").values,
-        **{name: found[name].sum("observer").values for name in by_sum},
     }
 
 

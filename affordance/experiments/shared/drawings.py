@@ -28,13 +28,13 @@ class Simulated(Protocol):
         """Record of the arm's motion."""
 
 
-def draw_density_and_drop(data: xr.Dataset, tools: Sequence[Tool]) -> Figure:
-    """Draws figure 3: the believed ``density`` before and after each trial, and the drop in ``height``."""
+def draw_density_and_drop(data: xr.Dataset, drop: xr.DataArray, tools: Sequence[Tool]) -> Figure:
+    """Draws figure 3: the believed ``density`` before and after each trial, and the drop of each observer, [m]."""
     return figures.draw_density_and_drop(
         quartiles=data.density.median("observer").values,
         mode=data.density_mode.median("observer").values,
         density_true=tools[0].components[0].material.density,
-        drop=estimate_mean(np.maximum(0.0, -data.height.min("time")).values),
+        drop=estimate_mean(drop.values),
         masses=np.array([tool.mass for tool in tools]),
         num_repeats=data.sizes["observer"],
     )

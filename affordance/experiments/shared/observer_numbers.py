@@ -1,10 +1,46 @@
-"""Numbers of the observers of every learner, from which an experiment that people have not done is predicted."""
+"""Numbers of each observer, how they are summarised over observers, and the numbers of every learner's observers."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+import xarray as xr
+
 from affordance.belief.learners import list_learners
 from affordance.experiments.shared.observers import Setup
+from affordance.reporting.claims import with_interval
+
+
+class Measure(NamedTuple):
+    """Number of each observer, and the function that summarises it over observers under its name."""
+
+    values: xr.DataArray
+    summarise: Callable[[str, xr.DataArray], Mapping[str, Any]]
+
+
+def mean(values: xr.DataArray) -> Measure:
+    """Number that is summarised by its mean."""
+    return Measure(values, lambda name, each: {name: each.mean("observer").values[()]})
+
+
+def mean_with_interval(values: xr.DataArray) -> Measure:
+    """Number that is summarised by its mean and the 95 % interval of the mean, NAME_ci95."""
+    return Measure(values, with_interval)
+
+
+def median(values: xr.DataArray) -> Measure:
+    """Number that is summarised by its median."""
+    return Measure(values, lambda name, each: {name: each.median("observer").values[()]})
+
+
+def total(values: xr.DataArray) -> Measure:
+    """Number that is summarised by its sum."""
+    return Measure(values, lambda name, each: {name: each.sum("observer").values[()]})
+
+
+def summarise_measures(measures: Mapping[str, Measure]) -> dict[str, Any]:
+    """Summarises the numbers of all observers, as in metrics.json."""
+    summaries = (each.summarise(name, each.values) for name, each in measures.items())
+    return {key: value for summary in summaries for key, value in summary.items()}
 
 
 class PeopleSpread(NamedTuple):
@@ -32,9 +68,15 @@ class ObserverNumbers(NamedTuple):
 def measure_learners(
     setup: Setup, measure: Callable[[Setup], Mapping[str, Any]], meanings: Mapping[str, str]
 ) -> ObserverNumbers:
-    """Applies ``measure`` to the setup of every learner, and keeps the numbers that have a meaning."""
+    """Applies ``measure`` to the setup of every learner, and keeps the numbers that have a meaning.
+
+    A number of each observer is an array, or a Measure.
+    """
     found = {}
     for learner in list_learners(setup.settings.learner):
         numbers = measure(setup.change(learner=learner))
-        found[learner.name] = {name: numbers[name] for name in meanings}
+        chosen = {name: numbers[name] for name in meanings}
+        found[learner.name] = {
+            name: each.values if isinstance(each, Measure) else each for name, each in chosen.items()
+        }
     return ObserverNumbers(found, meanings)
