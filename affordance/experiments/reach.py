@@ -32,7 +32,7 @@ from affordance.experiments.shared.grips import (
     caption_proportions,
     check_colours_known,
     check_one_grip_is_cheaper,
-    check_several_grips,
+    check_two_grips,
     choose_by_expectation,
     choose_by_sample,
     compare_measures,
@@ -139,7 +139,7 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
     held, path_file, file = com.read(setup)[:2], setup.models / PATH, setup.models / TOOLS
     task, tools = Reach(load_path(path_file)), read_tools(setup.models, TOOLS)
     check_start(path_file, "start", task.path.start, load_arm(setup.settings.arm))
-    check_several_grips(file, tools)
+    check_two_grips(file, tools)
     check_honest(file, tools)
     check_colours_known(file, tools, held, setup.models / com.OBJECTS)
     gripped = [each for tool in tools for each in tool.list_gripped().values()]

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.listed_options import list_options
 from affordance.choice.options import Option
-from affordance.choice.picking import NO_OPTION, TIE, Chosen, pick_cheapest
-from affordance.choice.ranking import rank_options
+from affordance.choice.picking import NO_OPTION, TIE, Chosen, find_chosen, pick_cheapest
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool, is_symmetric
@@ -111,10 +111,9 @@ def choose_by_expectation(
     chosen, flips = [], []
     for trial, memory in enumerate(memories):
         rng = np.random.default_rng([*seed, trial, Stream.BAYES])
-        ranking = rank_options(choice, memory, rng, NUM_BAYES_SAMPLES)
-        usable = ranking.num_usable > 0
-        chosen.append(choice.options.index(ranking.best.option) if usable else NO_OPTION)
-        flips.append(ranking.flips)
+        costs = choice.compute_costs(choice.draw_parameters(memory, rng, NUM_BAYES_SAMPLES))
+        chosen.append(find_chosen(costs.cost, costs.feasible, Criterion.WORK))
+        flips.append(find_chosen(costs.effort, costs.feasible, Criterion.EFFORT) != chosen[-1])
     return np.array(chosen), np.array(flips)
 
 
@@ -131,14 +130,14 @@ def find_cheaper_grip(simulated: Mapping[str, SimulatedTask]) -> str:
 
 
 def check_one_grip_is_cheaper(file: Path, tool: Tool, works: Sequence[float]) -> None:
-    """Raises a BadValueError if the two cheapest grips of a tool cost the same: neither would be correct."""
-    cheapest, second, *others = sorted(works)
+    """Raises a BadValueError if both grips of a tool cost the same: neither would be correct."""
+    cheapest, second = sorted(works)
     if second <= cheapest * (1.0 + TIE):
-        grips = "both grips" if not others else f"two of its {len(works)} grips"
-        raise BadValueError(file, f"tools: {tool.name}", f"costs {cheapest:g} J in {grips}, must have a cheaper one")
+        problem = f"costs {cheapest:g} J in both grips, must have a cheaper one"
+        raise BadValueError(file, f"tools: {tool.name}", problem)
 
 
-def check_several_grips(file: Path, tools: Sequence[Tool]) -> None:
+def check_two_grips(file: Path, tools: Sequence[Tool]) -> None:
     """Raises a BadValueError for a tool that does not have exactly two grips."""
     for tool in tools:
         if len(tool.grips) != 2:
