@@ -40,7 +40,7 @@ _FORMATS = {
     "paths/*.yaml, or another file of `kind: reach` or `kind: mash`": "affordance.control.timed_path.PathEntry",
     "nail.yaml, or another file of `kind: hammer`": "affordance.choice.hammer.HammerEntry",
     "tasks/carry.yaml, or another file of `kind: carry`": "affordance.choice.carry.CarryEntry",
-    "tasks/hold.yaml, or another file of `kind: hold`": "affordance.choice.keep.KeepEntry",
+    "tasks/hold.yaml, or another file of `kind: hold`": "affordance.choice.carry.KeepEntry",
     "RUN.yaml, which describes the recording RUN.csv": "affordance.extensions.payload.recording.run_entry.RunEntry",
     "The payload on a controller, of `--claimed`": "affordance.extensions.payload.payload_formats.PayloadEntry",
     "gains.yaml, of `identify` and `--gains`": "affordance.extensions.payload.evidence.gains._GainsEntry",

@@ -29,10 +29,10 @@ from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
 from affordance.choice.picking import pick_cheapest
-from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.problem import TerminalGoal, compute_responses
 from affordance.control.strike import Strike
+from affordance.control.task import Hold
 from affordance.experiments import hammer, reach, weight
 from affordance.experiments.shared import experience
 from affordance.experiments.shared.observers import Setup

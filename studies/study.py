@@ -23,9 +23,9 @@ from affordance.plant.arm import ARM
 from affordance.reporting.figures import save_figure
 from affordance.reporting.report import write_report, write_section
 from affordance.reporting.section import Section
-from affordance.runs.commit import find_commit
 from affordance.runs.repeats import compute_key, list_versions, prepare_folder, run_repeats
 from affordance.settings import Settings
+from affordance.version import find_commit
 
 
 class Findings(NamedTuple):

@@ -13,7 +13,7 @@ from affordance.arrays import Array
 from affordance.choice.demand import Demand
 from affordance.choice.motion_cost import Costs, MotionCost
 from affordance.control.swing import Swing, Target
-from affordance.plant.effective_mass import EffectiveMass
+from affordance.plant.contact import EffectiveMass
 from affordance.plant.nail import Nail
 
 # Function that computes quantities, (s,) each, for tools, (s, 10), at a node of the grid of tip speeds.

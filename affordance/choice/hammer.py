@@ -16,17 +16,16 @@ from pydrake.math import RotationMatrix
 from affordance.arrays import Array
 from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
-from affordance.control.start_posture import Start, StartEntry
 from affordance.control.strike import Strike
 from affordance.control.swing import ALONG, Swing, Target, find_target, plan_swing
+from affordance.control.task import Start, StartEntry
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import StrPath, Vector, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.contact import ContactFace
-from affordance.plant.effective_mass import EffectiveMass
+from affordance.plant.contact import ContactFace, EffectiveMass
 from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings
 

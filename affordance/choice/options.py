@@ -7,8 +7,7 @@ import numpy as np
 
 from affordance.arguments import check_pose
 from affordance.arrays import Array
-from affordance.objects.tool import Tool
-from affordance.objects.weighing import Weighing
+from affordance.objects.tool import Tool, Weighing
 from affordance.vision.features import ComponentFeatures
 
 

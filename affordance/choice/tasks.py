@@ -4,12 +4,11 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from affordance.choice.carry import Carry, CarryEntry
+from affordance.choice.carry import Carry, CarryEntry, Keep, KeepEntry
 from affordance.choice.hammer import Hammer, HammerEntry
 from affordance.choice.inner_simulation import TaskCostModel
-from affordance.choice.keep import Keep, KeepEntry
 from affordance.choice.reach import Reach
-from affordance.control.start_posture import check_start
+from affordance.control.task import check_start
 from affordance.control.timed_path import PathEntry
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.bounded import read_yaml

@@ -9,7 +9,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.objects.inertia import Geometry
-from affordance.objects.weighing import Weighing
+from affordance.objects.tool import Weighing
 from affordance.vision.features import ComponentFeatures
 
 # An object is odd if a weighing differs from the belief by more than this many standard deviations: it is not made of

@@ -1,9 +1,22 @@
-"""Interface of the controller's tasks."""
+"""Tasks of the controller: their interface, their start postures, and holding an object where it was handed over.
 
-from typing import Protocol, runtime_checkable
+The goal of a hold is the hand's pose and, in its null space, the arm's posture. A posture determines the hand's pose,
+so the joint angles closest to both are exactly those of the posture, and nothing needs to be linearised
+(docs/decisions/0005-controller.md).
+"""
+
+import math
+from pathlib import Path
+from typing import Annotated, Protocol, runtime_checkable
+
+import numpy as np
+from pydantic import Field
 
 from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
+from affordance.exceptions import AffordanceError, BadValueError
+from affordance.files.constraints import Within
+from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 
 
@@ -26,3 +39,42 @@ class Task(Protocol):
         The model's state may be changed. Matrices that do not change should be the same arrays in every call, so that
         their factors can be cached.
         """
+
+
+# Start posture: names and angles, [rad], of the joints that differ from the home posture.
+type Start = tuple[tuple[str, float], ...]
+
+
+# Start posture in a file; omitted if a task starts in the home posture.
+type StartEntry = Annotated[
+    dict[str, Annotated[float, Within(-2.0 * math.pi, 2.0 * math.pi)]],
+    Field(description="Joints whose start angle differs from the home posture, and their angles, [rad]."),
+]
+
+
+def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
+    """Raises a BadValueError if the arm cannot take a start posture from a task file.
+
+    The message names the file, ``key``, and the joint.
+    """
+    for name, angle in start:
+        try:
+            arm.find_posture({name: angle})
+        except AffordanceError as error:
+            raise BadValueError(path, f"{key}.{name}", str(error)) from error
+
+
+class Hold(Task):
+    """Task of holding an object where it was handed over."""
+
+    def __init__(self, q_posture: Array) -> None:
+        """Stores the joint angles to hold, (num_joints,), [rad]."""
+        identity = np.eye(len(q_posture))
+        self.q_start = np.array(q_posture)
+        self._goal = TerminalGoal(identity, self.q_start, identity, np.zeros(len(q_posture)))
+        for array in self._goal:
+            array.setflags(write=False)
+
+    def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
+        """Returns the goal of rest in the posture to hold, whatever the state and time."""
+        return self._goal

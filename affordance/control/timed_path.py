@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial, Trajectory
 
 from affordance.arguments import check_array
-from affordance.control.start_posture import Start, StartEntry
+from affordance.control.task import Start, StartEntry
 from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import StrPath, Vector, Within, check_fields, check_path, complain
 from affordance.files.data_model import DataModel, load_model

@@ -22,9 +22,9 @@ from affordance.choice.inner_simulation import Choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.off_axis import measure_changes
 from affordance.choice.picking import NO_OPTION, pick_cheapest
-from affordance.control.start_posture import check_start
+from affordance.control.task import check_start
 from affordance.experiments import com
-from affordance.experiments.shared.blow_drawings import draw_start_and_strike, label_nails, replay
+from affordance.experiments.shared.blow_drawings import draw_blow, draw_start_and_strike, label_nails, replay
 from affordance.experiments.shared.blows import compute_work, plan_blows
 from affordance.experiments.shared.drawings import label_motions
 from affordance.experiments.shared.experience import count_events, gain_experience, recall, tabulate_experience
@@ -50,7 +50,6 @@ from affordance.experiments.shared.observers import Setup, run_observers
 from affordance.experiments.shared.results import Results
 from affordance.objects.tool import Tool, list_colours
 from affordance.plant.load import load_arm
-from affordance.reporting.blow_figures import draw_blow
 from affordance.reporting.claims import ClaimResult, Unit, check, claim
 from affordance.reporting.formatting import count_observers
 from affordance.runs.random_streams import Stream

@@ -20,7 +20,7 @@ from affordance.choice.inner_simulation import Choice
 from affordance.choice.motion_cost import MotionCost
 from affordance.choice.off_axis import measure_changes
 from affordance.choice.reach import Reach
-from affordance.control.start_posture import check_start
+from affordance.control.task import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import BadValueError, name_object
 from affordance.experiments import com

@@ -26,9 +26,8 @@ from affordance.objects.materials import Material, check_materials, load_materia
 from affordance.objects.mesh_bodies import UNITS, Body, count_shells, load_bodies, merge
 from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
-from affordance.objects.tool import Component, Grip, Tool
+from affordance.objects.tool import WEIGHING_SD, Component, Grip, Tool, Weighing
 from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEntry, build_pose
-from affordance.objects.weighing import WEIGHING_SD, Weighing
 
 # Value that selects the colour in the mesh file.
 _OF_FILE = "file"

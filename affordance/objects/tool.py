@@ -7,7 +7,7 @@ colour of its material unless ``looks_like`` names another, as for decoys.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from affordance.objects.colour import Colour
 from affordance.objects.inertia import DENSITY_MAX, Shape, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.objects.materials import Material
 from affordance.objects.striking_face import StrikingFace
-from affordance.objects.weighing import Weighing
 
 # Largest mass: a larger one is a mistake in units, and its simulation may not terminate, [kg].
 MASS_MAX = 1e4
@@ -27,6 +26,14 @@ _EQUAL = 1e-9
 # Parts are alike if their positions, sizes and squared sizes differ by at most this, [m, m^2]: a tenth of a
 # millimetre, the accuracy to which drawings and meshes are symmetric.
 _ALIKE = 1e-4
+
+
+class Weighing(NamedTuple):
+    """Measured mass of a tool, or of some of its parts."""
+
+    parts: tuple[int, ...]  # indices of the parts that were weighed together; empty for the whole tool
+    mass: float  # measured mass, [kg]
+    sd: float  # standard deviation of its error, [kg]
 
 
 @dataclass(frozen=True, eq=False)  # arrays cannot be compared with a single truth value
@@ -266,3 +273,8 @@ def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
         R, p = part.X_TE[:3, :3], part.X_TE[:3, 3]
         corners += [p + R @ part.shape.find_support(R.T @ axis) for axis in np.vstack([np.eye(3), -np.eye(3)])]
     return np.min(corners, axis=0), np.max(corners, axis=0)
+
+
+# Default standard deviation of a weighing, relative to the mass: 100 g on a kitchen scale with steps of 1 g, and
+# things that a drawing omits, such as paint and glue.
+WEIGHING_SD = 0.01

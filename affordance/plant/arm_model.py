@@ -14,7 +14,7 @@ from pydrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
 
 from affordance.arrays import Array
 from affordance.plant.arm import Arm
-from affordance.plant.wrench_regressor import compute_wrench_regressor
+from affordance.plant.serial_chain import compute_wrench_regressor
 
 
 class ArmModel:

@@ -1,4 +1,7 @@
-"""Contact model of a blow: material of the nail's head and the tool's face, and shape of the tool's surface."""
+"""Contact of a blow: materials of nail and face, the tool's surface, and the effective mass behind it.
+
+The effective mass of arm and tool at the striking point S along the blow is 1 / (n^T J M^-1 J^T n).
+"""
 
 from typing import NamedTuple
 
@@ -9,6 +12,9 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from affordance.arrays import Array
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.chain_plant import build_chain
 
 # Stiffness k_c of the contact between two such surfaces, [N/m]. Under 500 N they approach by half a millimetre, a
 # thirtieth of the nail's travel; the energy stored in the contact lowers the peak force by 1.2 %.
@@ -58,3 +64,33 @@ class ContactFace(NamedTuple):
             RotationMatrix.MakeFromOneVector(self.normal_T, 2), np.array(self.p_TS) - depth * np.array(self.normal_T)
         )
         register_surface(plant, body, X_TF, shape, name)
+
+
+class EffectiveMass:
+    """Effective mass along the blow in one posture, as a function of the tool's inertial parameters.
+
+    The mass matrix is linear in these parameters. A column of the payload's part is the payload regressor at unit
+    acceleration of one joint, minus the regressor at rest.
+    """
+
+    def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:
+        """Computes the mass matrices of arm and payload; changes the model's state and payload.
+
+        The tool strikes with its point S, p_TS (3,), [m], along a unit vector, (3,), at joint angles q,
+        (num_joints,), [rad].
+        """
+        n = len(q)
+        model.set_payload(np.zeros(NUM_PARAMETERS))
+        model.set_posture(q)
+        self._M_arm = model.compute_mass_matrix()
+        self._along = direction_W @ model.compute_point_jacobian(p_TS)
+        vdot = np.vstack([np.zeros(n), np.eye(n)])
+        chain = build_chain(model.arm)
+        Y = chain.compute_payload_regressors(np.tile(q, (n + 1, 1)), np.zeros((n + 1, n)), vdot)
+        self._M_payload = (Y[1:] - Y[0]).reshape(n * n, NUM_PARAMETERS)
+
+    def compute(self, pi: Array) -> Array:
+        """Computes effective masses, (S,), [kg], of tools with parameters pi, (S, 10), about To in T."""
+        M = self._M_arm + (pi @ self._M_payload.T).reshape(len(pi), *self._M_arm.shape)
+        mass: Array = 1.0 / (np.linalg.solve(M, np.tile(self._along, (len(pi), 1))[..., None])[..., 0] @ self._along)
+        return mass

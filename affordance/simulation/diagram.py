@@ -23,9 +23,8 @@ from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSin
 from affordance.arguments import Seed, check_seed
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.control.hold import Hold
 from affordance.control.systems import MpcController
-from affordance.control.task import Task
+from affordance.control.task import Hold, Task
 from affordance.drake.sampled_system import ObjectSource
 from affordance.exceptions import name_object
 from affordance.objects.colour import Colour

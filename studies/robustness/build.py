@@ -12,7 +12,7 @@ from affordance.belief.density_belief import Prior
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.cost_measure import CostMeasure
-from affordance.control.start_posture import Start
+from affordance.control.task import Start
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material, load_materials

@@ -16,7 +16,7 @@ from affordance.choice.motion_cost import MotionCost, PlannedMotion
 from affordance.control.swing import Swing
 from affordance.exceptions import AffordanceError
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.effective_mass import EffectiveMass
+from affordance.plant.contact import EffectiveMass
 from affordance.settings import Settings
 from studies.robustness.optimal_swing import OptimalSwing, SwingSearch
 

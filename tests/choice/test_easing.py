@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from helpers.one_option import FAR, KNOWN, SETTINGS, list_one
 
-from affordance.choice.carry import Carry
+from affordance.choice.carry import Carry, Keep
 from affordance.choice.demand import Criterion
 from affordance.choice.easing import explain_failure
-from affordance.choice.keep import Keep
 from affordance.choice.pricing import GripBounds, plan_options
 from affordance.choice.ranking import rank, rank_draws
 from affordance.choice.reach import Reach

@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 from helpers.refusals import refuse
 
-from affordance.choice.carry import Carry
+from affordance.choice.carry import Carry, Keep
 from affordance.choice.hammer import Hammer
-from affordance.choice.keep import Keep
 from affordance.choice.reach import Reach
 from affordance.choice.tasks import list_tasks, load_task, load_task_file
 from affordance.files.model_folder import MODELS

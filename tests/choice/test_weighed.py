@@ -13,8 +13,7 @@ from affordance.choice.weighed import WeighedObject, compute_likelihood, conditi
 from affordance.extensions.advice.weighed_holds import learn_weighings
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
-from affordance.objects.tool import Component, Tool
-from affordance.objects.weighing import Weighing
+from affordance.objects.tool import Component, Tool, Weighing
 from affordance.vision.features import VisionError
 from affordance.vision.prediction import measure_geometry
 

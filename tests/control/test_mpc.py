@@ -5,9 +5,9 @@ import pytest
 from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
 
 from affordance.control.constrained_qp import AccelerationProgram
-from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.problem import MpcSettings, TerminalGoal
+from affordance.control.task import Hold
 from affordance.exceptions import BadArgumentError
 from affordance.plant.arm import JointLimits
 from affordance.plant.arm_model import HeldTorqueModel

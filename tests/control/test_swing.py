@@ -13,7 +13,7 @@ from affordance.control.swing import StrikeCondition, find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.effective_mass import EffectiveMass
+from affordance.plant.contact import EffectiveMass
 from affordance.plant.load import load_arm
 
 DOWN = np.array([0.0, 0.0, -1.0])

@@ -14,10 +14,10 @@ from scipy.stats import kstest, truncnorm
 from affordance.belief.density_belief import PointEstimate
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.constrained_qp import AccelerationProgram
-from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.control.problem import TerminalGoal
 from affordance.control.systems import MpcController
+from affordance.control.task import Hold
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise, draw_acceleration_error
 from affordance.settings import DEFAULT_SETTINGS

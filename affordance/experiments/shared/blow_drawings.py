@@ -7,10 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from affordance.arrays import about
 from affordance.objects.tool import Tool
-from affordance.reporting.blow_figures import draw_renderings
+from affordance.plant.nail import NailRecord
+from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, darken, tidy
+from affordance.reporting.formatting import fold, label
 from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 from affordance.reporting.replay import Replay, Scene
 from affordance.simulation.blow import Blow
@@ -80,3 +83,60 @@ def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Replay:
             )
         )
     return Replay(arm, f"Simulation IV: {tool.name}", scenes)
+
+
+# Colours of the grips.
+_GRIP_COLOURS = tuple(OBJECT_COLOURS[i] for i in (0, 2, 1, 3, 4, 5))
+_LEGEND_WIDTH = 60
+_MILLI = 1e3
+
+
+def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
+    """Draws figure 9: a row of pictures for each grip.
+
+    Args:
+        rows: Pictures, (height, width, 3), by the label of the grip; the pictures of a column have one size.
+        titles: Titles of the columns.
+    """
+    shapes = [picture.shape for picture in next(iter(rows.values()))]
+    ratios = [width / height for height, width, _ in shapes]
+    height = (12.0 - 0.4) / sum(ratios)
+    figure = Figure(figsize=(12.0, height * len(rows) + 0.5))
+    grid = figure.subplots(len(rows), len(titles), squeeze=False, width_ratios=ratios)
+    for all_axes, (name, pictures) in zip(grid, rows.items(), strict=True):
+        for axes, picture in zip(all_axes, pictures, strict=True):
+            axes.imshow(picture, interpolation="antialiased")
+            axes.set_xticks([])
+            axes.set_yticks([])
+            axes.spines[:].set_color("#BBBBBB")
+        all_axes[0].set_ylabel(fold(name), fontsize=FONT_SIZE + 1)
+    for axes, title in zip(grid[0], titles, strict=True):
+        axes.set_title(title, fontsize=FONT_SIZE + 1)
+    return figure
+
+
+def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Figure:
+    """Draws the force on the nail and its travel around the strike for each grip, with the required peak, [N]."""
+    figure = Figure(figsize=(7.2, 5.4))
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+    last = 0.0
+    for k, (grip, record) in enumerate(records.items()):
+        colour, line = _GRIP_COLOURS[k % len(_GRIP_COLOURS)], LINE_STYLES[k % len(LINE_STYLES)]
+        times = _MILLI * (record.times - record.time_of_touch)
+        last = max(last, _MILLI * (record.time_of_rest - record.time_of_touch))
+        name = label(f"resistance of the nail, {grip} (peak {record.resistance.max():.0f} N)", _LEGEND_WIDTH)
+        above.plot(times, record.resistance, line, color=colour, linewidth=2.6, label=name)
+        name = label(f"contact with the tool, {grip} (peak {record.contact.max():.0f} N)", _LEGEND_WIDTH)
+        above.plot(times, record.contact, line, color=darken(colour), linewidth=0.8, label=name, zorder=3.0)
+        below.plot(times, _MILLI * record.travel, line, color=colour, linewidth=2.6)
+    above.axhline(force_demanded, color="#000000", linestyle=":", label=f"required peak ({force_demanded:.0f} N)")
+    above.set_xlim(-0.1 * last, 1.5 * last)
+    # While the nail starts to move, the contact force is several times the resistance for some microseconds.
+    above.set(ylim=(0.0, 1.9 * force_demanded), ylabel="force (N)")
+    below.set(ylabel="travel (mm)", ylim=(0.0, None), xlabel="time from the first touch (ms)")
+    cut = any(record.contact.max() > above.get_ylim()[1] for record in records.values())
+    remark = "; the contact's peak at the first touch is cut off" if cut else ""
+    above.set_title(f"Forces on the nail{remark}", fontsize=FONT_SIZE)
+    above.legend(frameon=False, loc="upper right", fontsize=9)
+    tidy(above, below)
+    return figure

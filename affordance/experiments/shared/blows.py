@@ -22,7 +22,7 @@ from affordance.experiments.shared.grips import (
 from affordance.experiments.shared.observers import Setup
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.effective_mass import EffectiveMass
+from affordance.plant.contact import EffectiveMass
 from affordance.plant.load import load_arm
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings

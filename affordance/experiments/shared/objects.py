@@ -7,7 +7,7 @@ from pathlib import Path
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from affordance.control.start_posture import Start
+from affordance.control.task import Start
 from affordance.exceptions import BadValueError, InfeasibleError, ModelFileError
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, Material, load_materials

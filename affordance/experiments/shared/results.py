@@ -28,9 +28,9 @@ from affordance.reporting.figures import save_figure
 from affordance.reporting.formatting import ENOUGH_OBSERVERS, count_observers
 from affordance.reporting.report import OWN_MODELS, write_section
 from affordance.reporting.section import ReportFigure, Section, Table
-from affordance.runs.commit import find_commit
 from affordance.runs.repeats import compute_key, list_versions
 from affordance.settings import Settings
+from affordance.version import find_commit
 
 _LOG = logging.getLogger(__name__)
 

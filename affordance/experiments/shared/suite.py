@@ -27,8 +27,8 @@ from affordance.files.frames import save_frame
 from affordance.files.lacks import read_lacks
 from affordance.plant.load import load_arm
 from affordance.reporting.report import note_left_out, remove_section, write_report
-from affordance.runs.commit import find_commit
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
+from affordance.version import find_commit
 
 _LOG = logging.getLogger(__name__)
 

@@ -15,9 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.choice.blow_cost import BlowCost
-from affordance.choice.carry import Carry
+from affordance.choice.carry import Carry, Keep
 from affordance.choice.hammer import Hammer, load_hammer
-from affordance.choice.keep import Keep
 from affordance.choice.motion_cost import MotionCost
 from affordance.choice.reach import Reach
 from affordance.choice.tasks import load_task

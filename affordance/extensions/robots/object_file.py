@@ -20,8 +20,7 @@ from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.objects.materials import Material
 from affordance.objects.mesh_bodies import UNITS, load_bodies
 from affordance.objects.primitives import Box, Cylinder
-from affordance.objects.tool import Component, Grip, Tool
-from affordance.objects.weighing import WEIGHING_SD, Weighing
+from affordance.objects.tool import WEIGHING_SD, Component, Grip, Tool, Weighing
 
 SUFFIX = ".urdf"
 # Name of the grip at the origin of an object that has no other grip.

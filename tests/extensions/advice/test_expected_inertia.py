@@ -14,7 +14,7 @@ from affordance.extensions.advice.expected_inertia import expect
 from affordance.extensions.people.experiments.lifts import cylinder
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
-from affordance.objects.weighing import Weighing
+from affordance.objects.tool import Weighing
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_drawing, measure_features
 from affordance.vision.features import VisionError

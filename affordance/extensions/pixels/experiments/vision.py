@@ -25,7 +25,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import Ranking, rank
 from affordance.choice.reach import Reach
-from affordance.control.start_posture import check_start
+from affordance.control.task import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError
 from affordance.experiments.shared.experiment import Experiment

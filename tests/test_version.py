@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from affordance.runs.commit import find_commit
+from affordance.version import find_commit
 
 
 def run_git(folder, *arguments):

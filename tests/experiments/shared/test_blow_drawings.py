@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from helpers.figure_checks import LONG_NAMES, assert_all_is_on_the_figure
 
+from affordance.experiments.shared.blow_drawings import draw_blow, draw_renderings
 from affordance.plant.nail import NailRecord
-from affordance.reporting.blow_figures import draw_blow, draw_renderings
 
 
 def test_photographs_stand_in_rows_by_grip_under_their_titles(rng):
