@@ -118,7 +118,7 @@ class Settings:
         uses_posterior: True if the controller uses the posterior as it is updated within a trial (an extension);
             False to use the visual prior for the whole trial (the paper).
         sample_period: Time between two samples of proprioception, [s].
-        log_period: Time between two rows of the logs, [s].
+        log_period: Time between two rows of the logs, [s]. Drop, lift and deviation are extremes over these rows.
         posterior_log_period: Time between two entries of the log of the posterior, [s]; None for no such log.
         integrator: Schemes, accuracies and steps of Drake's simulator.
         faults: Faults of sensors and arm; none by default.
@@ -173,7 +173,7 @@ class Settings:
             "100 Hz by a thousandth, a hundredth of its own uncertainty (docs/decisions/0005-controller.md)",
         ),
     ] = 0.1
-    log_period: Annotated[float, _PERIOD, Setting("s", "fine enough for figures; affects no result")] = 0.01
+    log_period: Annotated[float, _PERIOD, Setting("s", "fine enough for figures and for extremes over time")] = 0.01
     posterior_log_period: Annotated[
         Annotated[float, _POSTERIOR_PERIOD] | None, Setting("s", "no log unless it is asked for (docs/learning.md)")
     ] = None

@@ -224,6 +224,9 @@ class MaterialMemory:
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection:
         """Recalls the belief about this object or, if it was never lifted, about new objects of its colours.
 
+        A learner decides whether an object's own lifts count for it: the paper's, with one density for each colour,
+        ignores them, so that it expects the same of all objects of a colour.
+
         The appearance is compared with that of every lifted object. The prior is that of materials never met.
         """
         memory, columns, parts = self, list[int](), list[PartAppearance]()

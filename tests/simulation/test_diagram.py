@@ -1,4 +1,5 @@
 import dataclasses
+import importlib.util
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -76,6 +77,13 @@ def test_committed_picture_is_up_to_date(trial, tmp_path):
     save_diagram(trial.diagram, tmp_path, "weight")
     assert (DIAGRAMS / "weight.dot").read_text(encoding="utf-8") == describe_diagram(trial.diagram)
     assert list_drawn(DIAGRAMS / "weight.svg") == list_drawn(tmp_path / "weight.svg")
+
+
+def test_picture_of_the_house_is_up_to_date():
+    spec = importlib.util.spec_from_file_location("redraw", DIAGRAMS / "redraw.py")
+    redraw = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(redraw)
+    assert (DIAGRAMS / "house.svg").read_text(encoding="utf-8") == redraw.draw_house()
 
 
 def test_systems_stand_in_the_parts_of_the_papers_figure_2(trial):
