@@ -48,11 +48,6 @@ class BlowCost:
         """Joint angles at the start, (num_joints,), [rad]; empty if no swing strikes the nail."""
         return self.swings[0].q_start if self.swings else np.zeros(0)
 
-    @property
-    def num_periods(self) -> int:
-        """Total number of control periods of all swings, which are kept in memory."""
-        return sum(each.num_periods for each in self.motions)
-
     def compute_speed(self, pi: Array, force: float | None = None) -> Array:
         """Computes the tip speed, (S,), [m/s], that gives slightly more than a peak force, [N].
 

@@ -3,7 +3,7 @@
 A motion is planned once per option; it gives the cost of the task for any density drawn from the belief.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -15,7 +15,7 @@ from affordance.choice.demand import Demand
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.choice.weighed import Surprise, WeighedObject, condition_on_weighings, draw_drawing_errors
-from affordance.exceptions import AffordanceError, BadArgumentError
+from affordance.exceptions import AffordanceError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
 from affordance.objects.tool import PosedShape
@@ -23,9 +23,6 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.prediction import measure_geometry
-
-# Largest total numbers of control periods (170 bytes each) and of samples (200 bytes each) over all options.
-_MOST_PERIODS, _MOST_SAMPLES = 5_000_000, 5_000_000
 
 
 class OptionCost(Protocol):
@@ -74,30 +71,7 @@ def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settin
         ModelFileError: If the arm cannot be loaded.
     """
     model = ArmModel(load_arm(settings.arm))
-    costs = (task.build_cost(model, option.gripped, settings) for option in options)
-    return Choice(options, collect_costs(costs, settings), settings)
-
-
-def collect_costs(costs: Iterable[OptionCost], settings: Settings) -> list[OptionCost]:
-    """Plans the costs of options one by one; raises a BadArgumentError if they would need too much memory."""
-    found: list[OptionCost] = []
-    total = 0
-    for cost in costs:
-        found.append(cost)
-        total += getattr(cost, "num_periods", 0)  # user-defined tasks may have no motion
-        if total > _MOST_PERIODS:
-            problem = f"is {settings.control_period:g} s: motions with {len(found)} options take {total} periods"
-            raise BadArgumentError("settings", "control_period", f"{problem}, must take at most {_MOST_PERIODS}")
-    return found
-
-
-def check_num_samples(num_samples: int, num_objects: int, what: str = "options") -> None:
-    """Raises a BadArgumentError if the samples of several options would need too much memory."""
-    most = _MOST_SAMPLES // num_objects
-    if num_samples > most:
-        raise BadArgumentError(
-            "num_samples", "", f"is {num_samples}, must be at most {most} for {num_objects} {what}"
-        )
+    return Choice(options, [task.build_cost(model, option.gripped, settings) for option in options], settings)
 
 
 class Choice:
@@ -129,7 +103,6 @@ class Choice:
 
     def draw(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Draws:
         """Draws densities and inertial parameters of all options from the belief; see ``draw_parameters``."""
-        check_num_samples(num_samples, len(self.options))
         memory, columns = self._find_columns(memory)
         geometries = self._measure(columns, memory.belief.size)
         objects = {

@@ -153,11 +153,6 @@ class MotionCost:
         q_start: Array = self.motion.q[0]
         return q_start
 
-    @property
-    def num_periods(self) -> int:
-        """Number of control periods that are kept in memory."""
-        return len(self.motion.q)
-
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
         """Returns a copy of the motion's costs that uses another cost measure."""
         other = copy.copy(self)

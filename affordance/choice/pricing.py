@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.choice.demand import Criterion, Demand
-from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel, collect_costs
+from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError
@@ -136,8 +136,7 @@ def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Setti
         ModelFileError: If the arm cannot be loaded.
     """
     arm = load_arm(settings.arm)
-    costs = (plan_once(task, option.gripped, settings, arm) for option in options)
-    return Choice(options, collect_costs(costs, settings), settings)
+    return Choice(options, [plan_once(task, option.gripped, settings, arm) for option in options], settings)
 
 
 def plan_once(task: TaskCostModel, parts: Sequence[PosedShape], settings: Settings, arm: Arm) -> OptionCost:

@@ -10,7 +10,6 @@ import numpy as np
 from affordance.arguments import Seed, check_kind, check_number
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.control.task import Task
-from affordance.exceptions import BadArgumentError
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
@@ -28,7 +27,6 @@ _LOG = logging.getLogger(__name__)
 _MAX_DIAGRAMS = 8
 # Longest presentation, [s]; a longer one is probably in the wrong unit. Simulating a second takes 0.05 s.
 DURATION_MAX = 3600.0
-_MOST_PERIODS = 200_000  # largest number of control, sample or log periods in a presentation
 _MEMORIES = "MaterialMemory() knows nothing yet"
 
 
@@ -119,7 +117,7 @@ class TrialRunner:
         Raises:
             BadArgumentError: An argument has the wrong type or is out of bounds.
         """
-        check_duration(duration, self.settings)
+        _check_duration(duration, self.settings)
         _check_trial(tool, memory)
         check_kind("task", task, Task)
         trial = self.get_diagram(tool)
@@ -148,7 +146,7 @@ class Observer:
         Raises:
             BadArgumentError: If the memory has the wrong type, or the duration is out of bounds.
         """
-        check_duration(duration, runner.settings)
+        _check_duration(duration, runner.settings)
         check_kind("memory", memory, MaterialMemory, _MEMORIES)
         self._trial = runner.get_diagram()
         self._context = self._trial.diagram.CreateDefaultContext()
@@ -172,20 +170,8 @@ def get_runner(settings: Settings) -> TrialRunner:
     return TrialRunner(settings)
 
 
-def check_duration(duration: float, settings: Settings) -> None:
-    """Checks the duration of a presentation, [s].
-
-    Raises:
-        BadArgumentError: If it is shorter than a sample period, so that nothing would be learned, or longer than
-            DURATION_MAX or than _MOST_PERIODS control, sample or log periods, whose rows are kept in memory.
-    """
-    unit = "s, with at least one sample period"
-    check_number("duration", duration, settings.sample_period, DURATION_MAX, unit)
-    name = min(("control_period", "sample_period", "log_period"), key=lambda name: float(getattr(settings, name)))
-    longest = _MOST_PERIODS * getattr(settings, name)
-    if duration > longest:
-        problem = f"is {duration:g} s, must be at most {longest:g} s, which are {_MOST_PERIODS} times {name}"
-        raise BadArgumentError("duration", "", problem)
+def _check_duration(duration: float, settings: Settings) -> None:
+    check_number("duration", duration, settings.sample_period, DURATION_MAX, "s, with at least one sample period")
 
 
 def _check_trial(tool: Tool, memory: MaterialMemory) -> None:

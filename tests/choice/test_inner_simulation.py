@@ -4,12 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
-from helpers.refusals import refuse
 from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD, believe
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.inner_simulation import check_num_samples, collect_costs, plan_choice
+from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank, rank_options
 from affordance.exceptions import AffordanceError
@@ -189,20 +188,3 @@ def test_densities_left_out_are_expected_from_those_given():
     mass = plan_choice(list_options(STICK), REACH).compute_parameters(memory, np.array([[1000.0]]))[0, 0, 0]
     steel = 7850.0 + 0.8 * 900.0 / 300.0 * (1000.0 - 700.0)
     assert mass == pytest.approx(STICK.components[0].shape.volume * (1000.0 + steel), rel=1e-9)
-
-
-def test_motions_that_fill_the_memory_are_refused():
-    """A motion of two seconds has 20000 periods of a tenth of a millisecond."""
-    settings = dataclasses.replace(DEFAULT_SETTINGS, control_period=1e-4)
-    (cost,) = plan_choice(list_options(STICK)[:1], REACH, settings).cost_models
-    assert cost.num_periods == 20_000
-    assert len(collect_costs([cost] * 250, settings)) == 250
-    said = refuse(collect_costs, [cost] * 300, settings)
-    problem = "motions with 251 options take 5020000 periods, must take at most 5000000"
-    assert said == f"settings: control_period: is 0.0001 s: {problem}"
-
-
-def test_samples_that_fill_the_memory_are_refused():
-    check_num_samples(100_000, 50)
-    said = refuse(check_num_samples, 100_000, 60)
-    assert said == "num_samples: is 100000, must be at most 83333 for 60 options"

@@ -7,7 +7,6 @@ import weakref
 import numpy as np
 import psutil
 import pytest
-from helpers.refusals import refuse
 from helpers.seen_objects import BLUE, RED, know, place
 from pydrake.systems.analysis import Simulator
 from scipy.stats import multivariate_normal, norm
@@ -22,7 +21,7 @@ from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Integrator
 from affordance.simulation.diagram import TrialDiagram
-from affordance.simulation.trial import TrialRunner, check_duration
+from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 
@@ -326,11 +325,3 @@ def test_an_observer_looks_by_the_eye_that_is_handed_in(weight):
     own = TrialRunner().run_hold(tool, MaterialMemory(), duration=0.1)
     assert seen == [tool.name]
     np.testing.assert_array_equal(handed.q, own.q)
-
-
-@pytest.mark.parametrize("name", ["control_period", "sample_period", "log_period"])
-def test_durations_of_too_many_periods_are_refused(weight, name):
-    settings = dataclasses.replace(weight.settings, **{name: 0.0001})
-    check_duration(20.0, settings)
-    said = refuse(check_duration, 20.1, settings, error=ValueError)
-    assert said == f"duration: is 20.1 s, must be at most 20 s, which are 200000 times {name}"

@@ -10,7 +10,7 @@ from affordance.arrays import Array
 from affordance.belief.felt_object import FeltObject
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
-from affordance.choice.inner_simulation import Choice, check_num_samples
+from affordance.choice.inner_simulation import Choice
 from affordance.choice.picking import NO_OPTION, find_chosen
 from affordance.choice.pricing import GripBounds, price_options
 from affordance.exceptions import AffordanceError
@@ -98,7 +98,6 @@ def advise_hold(
     if not questions:
         raise AffordanceError("there is no task to decide, must be at least one")
     offered = {option.object_name: option.features for each in questions for option in each.choice.options}
-    check_num_samples(num_samples, len(candidates) + sum(len(each.choice.options) for each in questions), "objects")
     objects = {**{tool.name: measure_drawing(tool) for tool in candidates}, **offered}
     samples = HoldSamples(memory, objects, dict(felt or {}), settings, np.random.default_rng(seed)).draw(num_samples)
     decisions = [_decide(question, samples, criterion, bounds) for question in questions]
