@@ -17,7 +17,7 @@ DIFFERENT = 3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("one", type=Path, metavar="A", help="a robot's file (URDF, SDF, MJCF or xacro)")
+    add("one", type=Path, metavar="A", help="a robot's file (URDF, SDF or MJCF)")
     add("other", type=Path, metavar="B", help="another file of the same robot")
     add("--tip", default="", metavar="NAME", help="end of the arm in A (default: the end of the longest limb)")
     add("--other-tip", default="", metavar="NAME", help="end of the arm in B (default: found in the same way)")

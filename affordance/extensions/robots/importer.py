@@ -38,7 +38,7 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
             raise BadValueError(option, "", f"is {axis!r}, must be one of {', '.join(AXES)}")
     if options.roll is not None:
         check_number("--roll", options.roll, -2.0 * math.pi, 2.0 * math.pi, "rad")
-    tree = build_tree(read_robot(path, options.xacro))
+    tree = build_tree(read_robot(path, options.xacro, options.packages))
     why_tip = ""
     if not options.tip:
         tip, why_tip = choose_tip(tree)

@@ -108,7 +108,7 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     files = [
         path,
-        *read_robot(path, options.xacro).sources,
+        *read_robot(path, options.xacro, options.packages).sources,
         *sorted(_PROGRAM.glob("*.py")),
         *list_model_files(MODELS),
     ]

@@ -18,7 +18,6 @@ from affordance.extensions.robots.arm_checks import check_arm, find_limits
 from affordance.extensions.robots.chain import Chain, group_bodies
 from affordance.extensions.robots.description import Inertial
 from affordance.extensions.robots.tree import RobotTree
-from affordance.extensions.robots.xacro_file import AS_IT_IS, XacroOptions
 
 # Command-line options whose names differ from those of their fields.
 _OPTIONS = {"height": "base_height"}
@@ -46,7 +45,8 @@ class ImportOptions:
             not negligible.
         gravcomp: True to respect gravity compensation by the simulator (MuJoCo's gravcomp), which raises an error if
             a link of the arm has it; False to ignore it, so that the motors carry all links.
-        xacro: Options for the expansion of a xacro template.
+        xacro: Arguments of a xacro template, which is a program and is then run; None refuses templates.
+        packages: Folders of packages that a template uses, by name, in addition to those found near it.
 
     Example:
         >>> from affordance import ImportOptions
@@ -68,7 +68,8 @@ class ImportOptions:
     roll: float | None = None
     mend_inertia: bool = False
     gravcomp: bool = True
-    xacro: XacroOptions = AS_IT_IS
+    xacro: Mapping[str, str] | None = None
+    packages: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for values of the wrong kind; names are checked later, with the file."""

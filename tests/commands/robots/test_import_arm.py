@@ -18,6 +18,7 @@ from affordance.commands.robots import import_arm
         ("--effort right_j1=heavy", "--effort: is 'right_j1=heavy', must be JOINT=VALUE"),
         ("--effort heavy", "--effort: is 'heavy', must be a number or JOINT=VALUE"),
         ("--effort nan", "--effort: is 'nan', must be a number or JOINT=VALUE"),
+        ("--package parts", "--package: is 'parts', must be a name, = and a value"),
         ("--out .", "--out: is '.', which is not an empty folder"),
     ],
 )
