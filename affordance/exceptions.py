@@ -1,9 +1,7 @@
 """Errors that callers can act on; all derive from AffordanceError, and their text is always one line."""
 
 import difflib
-import re
-import unicodedata
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,13 +11,7 @@ if TYPE_CHECKING:
 
 # Largest number of characters of a shown value, and of a whole message.
 _SHOWN, _LONGEST = 100, 2000
-# Invisible characters that Python counts as printable: fillers, joiners, variation selectors.
-_BLANK = re.compile(
-    "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]"
-)
-# Largest number of combining marks on one letter; more of them cover adjacent lines. Vietnamese has two, Hebrew four.
-_MOST_MARKS = 4
-# Invisible characters that multi-line texts may contain: line ends, tabs, and fixed-width spaces.
+# Characters that Python does not count as printable and multi-line texts may contain.
 PROSE = "\n\t\u00a0\u2009\u202f\u3000"
 # Words with which a name needs no article.
 _DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "their", "this", "that"}
@@ -46,30 +38,14 @@ class AffordanceError(Exception):
 
 
 def find_hidden(text: str, allowed: str = "") -> str:
-    """Describes the first character that is invisible or changes how a text is displayed; empty if there is none.
-
-    These are characters that control the terminal, lines or the writing direction, zero-width and private-use
-    characters, lone surrogates, spaces other than " ", and too many marks on a letter.
-    """
-    if text.isascii() and text.isprintable():
-        return ""
-    hidden = (each for each, is_hidden in _flag_hidden(text, allowed) if is_hidden)
+    """Describes the first character that is neither printable nor allowed, such as an escape; empty if there is none."""
+    hidden = (each for each in text if not each.isprintable() and each not in allowed)
     return next((f"the hidden character U+{ord(each):04X}" for each in hidden), "")
 
 
 def show_text(text: str, allowed: str = "") -> str:
-    """Replaces each character that ``find_hidden`` finds with \ufffd."""
-    if text.isascii() and text.isprintable():
-        return text
-    return "".join("\ufffd" if is_hidden else each for each, is_hidden in _flag_hidden(text, allowed))
-
-
-def _flag_hidden(text: str, allowed: str) -> Iterator[tuple[str, bool]]:
-    marks = 0
-    for each in text:
-        marks = marks + 1 if unicodedata.combining(each) else 0
-        is_shown = each in allowed or (each.isprintable() and not _BLANK.match(each))
-        yield each, not is_shown or marks > _MOST_MARKS
+    """Replaces each character that is neither printable nor allowed with \ufffd."""
+    return "".join(each if each.isprintable() or each in allowed else "\ufffd" for each in text)
 
 
 def show_value(value: Any) -> str:
@@ -95,11 +71,6 @@ def describe_choice(value: object, known: Iterable[str]) -> str:
     names = list(known)
     shown = repr(value) if len(repr(value)) <= _SHOWN else f"{repr(value)[:_SHOWN]}..."
     return f"is {shown}, must be one of {', '.join(names)}{suggest(value, names)}"
-
-
-def hide_password(text: str) -> str:
-    """Replaces passwords in URLs with ***, as in "server://user:***@host/name"."""
-    return re.sub(r"(://[^\s:/@]*):[^\s]*@", r"\1:***@", re.sub(r"([?&]password=)[^\s&]*", r"\1***", text))
 
 
 def name_object(name: str) -> str:
@@ -287,6 +258,6 @@ class NoFitError(SeeingError):
 
 
 def _on_one_line(text: str) -> str:
-    """Formats a text as one line of limited length, without control characters or passwords in URLs."""
-    line = show_text(" ".join(hide_password(text).split()))
+    """Formats a text as one line of limited length, without control characters."""
+    line = show_text(" ".join(text.split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"

@@ -1,16 +1,13 @@
 """Reads triangles and their colours from OBJ, PLY and STL files, in the file's units and order.
 
-trimesh parses the files. Contents that could exhaust time or memory are checked beforehand: header counts that the
-file is too small for, the number of pieces, and Collada's entities and repeated nodes. Referenced files are opened
-only in the file's folder or below.
+trimesh parses the files. Files are bounded in size, and so is what they promise to hold; Collada's XML may not define
+entities. Referenced files are opened only in the file's folder or below.
 """
 
 import re
 from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
-from xml.etree.ElementTree import Element
 from xml.parsers.expat import ExpatError
 
 import numpy as np
@@ -25,13 +22,8 @@ from affordance.files.xml_file import check_xml
 FORMATS = (".obj", ".ply", ".stl")
 # Additional format for robots' visual meshes.
 COLLADA = ".dae"
-# Largest number of an OBJ file's pieces, each a separate mesh, and of a Collada file's elements, counting
-# repetitions.
-_MOST_PIECES = 10_000
-_MOST_REPEATED = 400_000
 _STL_HEAD, _STL_TRIANGLE = 84, 50  # bytes of a binary STL file
 _PLY_COUNT = re.compile(rb"^element[ \t]+\S+[ \t]+(\d+)", re.MULTILINE)
-_OBJ_PIECE = re.compile(rb"^(?:o|g|usemtl)[ \t]", re.MULTILINE)
 
 
 class Triangles(NamedTuple):
@@ -80,8 +72,8 @@ def read_triangles(path: Path) -> Triangles:
 def load_scene(path: Path, **options: Any) -> Any:
     """Loads a mesh file in FORMATS or COLLADA as a trimesh Scene, with options of trimesh.load_scene.
 
-    A file that cannot be read, is too large, or would expand to more than its size raises a BadValueError. If trimesh
-    cannot parse a file, it can raise any error.
+    A file that cannot be read, is too large, or promises more than its size raises a BadValueError. If trimesh cannot
+    parse a file, it can raise any error.
     """
     content = read_bytes(path, MESH)
     suffix = path.suffix.lower()
@@ -103,7 +95,7 @@ def load_scene(path: Path, **options: Any) -> Any:
 
 
 def _check_promises(path: Path, content: bytes, suffix: str) -> None:
-    """Raises a BadValueError if a mesh declares or repeats more contents than its size allows, or is not XML."""
+    """Raises a BadValueError if a mesh declares more contents than its size allows, or is not XML."""
     if suffix == ".ply":
         head = content.partition(b"end_header")[0]
         promised = max((int(count[:20]) for count in _PLY_COUNT.findall(head)), default=0)
@@ -113,42 +105,11 @@ def _check_promises(path: Path, content: bytes, suffix: str) -> None:
         promised = int.from_bytes(content[_STL_HEAD - 4 : _STL_HEAD], "little")
         if _STL_HEAD + _STL_TRIANGLE * promised > len(content):
             raise BadValueError(path, "", f"promises {promised} triangles, has {len(content)} bytes")
-    elif suffix == ".obj":
-        num_pieces = sum(1 for _ in _OBJ_PIECE.finditer(content))
-        if num_pieces > _MOST_PIECES:
-            raise BadValueError(path, "", f"has {num_pieces} pieces, must have at most {_MOST_PIECES}")
     elif suffix == COLLADA:
         try:
             check_xml(content, path)
-            _check_nodes(path, ElementTree.fromstring(content))
-        except (ElementTree.ParseError, ExpatError, LookupError, ValueError, RecursionError) as error:
+        except (ExpatError, LookupError, ValueError) as error:
             raise BadValueError(path, "", f"is not XML of meshes: {error}") from error
-
-
-def _check_nodes(path: Path, root: Element) -> None:
-    """Raises a BadValueError for too many Collada nodes, counting each reference, or recursive nodes."""
-    nodes = {element.get("id"): element for element in root.iter() if element.tag.endswith("}node")}
-    sizes: dict[str, int] = {}
-
-    def count(element: Element, above: frozenset[str]) -> int:
-        total = 1
-        for part in element:
-            name = part.get("url", "")[1:] if part.tag.endswith("}instance_node") else None
-            if name is None:
-                total += count(part, above)
-            elif name in above:
-                raise BadValueError(path, f"node {name}", "contains itself")
-            elif name in nodes:
-                if name not in sizes:
-                    sizes[name] = count(nodes[name], above | {name})
-                total += sizes[name]
-            if total > _MOST_REPEATED:
-                raise BadValueError(path, "", f"expands to more than {_MOST_REPEATED} elements by repeating nodes")
-        return total
-
-    for scene in root.iter():
-        if scene.tag.endswith("}visual_scene"):
-            count(scene, frozenset())
 
 
 def _take(mesh: Any) -> Triangles:
