@@ -38,7 +38,7 @@ class AffordanceError(Exception):
 
 
 def find_hidden(text: str, allowed: str = "") -> str:
-    """Describes the first character that is neither printable nor allowed, such as an escape; empty if there is none."""
+    """Describes the first character that is neither printable nor allowed; empty if there is none."""
     hidden = (each for each in text if not each.isprintable() and each not in allowed)
     return next((f"the hidden character U+{ord(each):04X}" for each in hidden), "")
 
