@@ -20,6 +20,7 @@ EXTRAS = {
     "parquet": ("pyarrow", "reads Parquet and LeRobot recordings"),
     "people": ("arviz", "summarises fits to people"),
     "tutorials": ("jupyterlab", "opens the tutorials as notebooks"),
+    "mjcf": ("mujoco", "reads MJCF models of robots"),
     "xacro": ("xacrodoc", "reads xacro templates"),
     "film": ("imageio_ffmpeg", "writes films as WebM and MP4"),
 }

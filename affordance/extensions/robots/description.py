@@ -67,7 +67,6 @@ def find_joint_fault(
     lower: float | None = None,
     upper: float | None = None,
     axis: Sequence[float] = (0.0, 0.0, 1.0),
-    unit: str = "rad",
 ) -> str:
     """Describes an impossible range or axis of a joint; empty if both are valid.
 
@@ -75,7 +74,7 @@ def find_joint_fault(
     Drake parses, and they are errors only on joints of the arm.
     """
     if lower is not None and upper is not None and lower > upper:
-        return f"has position limits from {lower:g} to {upper:g} {unit}, must be a range"
+        return f"has position limits from {lower:g} to {upper:g} rad, must be a range"
     if not any(axis):
         return "has an axis of zero length, must have a direction"
     return ""

@@ -70,8 +70,7 @@ def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
             drawn = _draw_capsule(X_next.translation())
         appearance.visuals[name] = drawn
     if replaced:
-        what = "meshes and turned shapes" if description.kind == "mjcf" else "some shapes"
-        remark = f"{what} of {', '.join(replaced)} are not imported"
+        remark = f"some shapes of {', '.join(replaced)} are not imported"
         appearance.remarks.append(f"{remark}: simple shapes or capsules are drawn instead")
     return appearance
 

@@ -1,148 +1,133 @@
-"""Reads MJCF (MuJoCo) models: what Drake parses, and what Drake ignores.
+"""Reads MJCF models as MuJoCo compiles them: includes, default classes, orientations and masses are MuJoCo's.
 
-Drake parses bodies, joints, ranges and damping. This module reads included files, default classes, armature, torque
-limits, friction, springs, couplings and gravity. MJCF has no velocity limits.
+What Drake parses is written anew from the compiled model. MJCF has no velocity limits.
 """
 
+import importlib.util
 import itertools
-import math
-from collections.abc import Container, Mapping
+import warnings
+from collections.abc import Container, Iterator
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from affordance.exceptions import BadValueError, describe_choice
-from affordance.extensions.robots.description import (
-    Description,
-    Inertial,
-    JointNotes,
-    Mimic,
-    Visual,
-    find_joint_fault,
-)
-from affordance.extensions.robots.mjcf_expansion import (
-    check_drives,
-    expand_includes,
-    read_efforts,
-    read_limit,
-    write_out_defaults,
-)
-from affordance.extensions.robots.mjcf_masses import MassSettings, compile_masses, write_inertial
-from affordance.extensions.robots.remarks import EARTH, read_gravity, remark_couplings
-from affordance.extensions.robots.xml_reader import Numbers, remove_children
+import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
+from pydrake.math import RollPitchYaw, RotationMatrix
 
-# Attributes that rotate an element.
-_TURNS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
-_KEPT_SECTIONS = ("compiler", "worldbody")
-# Attributes that are left for Drake, by element. Drake would warn of all others, which are read here.
-_KEPT = {
-    "compiler": ("angle", "eulerseq", "autolimits", "coordinate", "inertiafromgeom"),
-    "body": ("name", "pos", *_TURNS),
-    "joint": ("name", "type", "pos", "axis", "range", "limited", "damping"),
-    "geom": ("name", "type", "size", "pos", "fromto", "mass", "density", *_TURNS),
-}
+from affordance.arrays import Array, list_entries
+from affordance.exceptions import BadValueError
+from affordance.extensions.robots.description import Description, Inertial, JointNotes, Mimic, Visual
+from affordance.extensions.robots.remarks import read_gravity, remark_couplings
+from affordance.extensions.robots.xml_reader import read_xml
+from affordance.files.bounded import MESH, check_size
+
+# Deepest nesting of files: models are split into robot, gripper and scene, so deeper nesting is a mistake.
+_DEEPEST = 8
+# Elements that MuJoCo multiplies, and thereby a file's size.
+_MULTIPLIED = ("replicate", "composite", "flexcomp")
 # Geoms of this group and higher ones are collision shapes: MuJoCo hides them by default.
 _FIRST_HIDDEN_GROUP = 3
-# Units of angles in messages, by their names in the file.
-_UNITS = {"radian": "rad", "degree": "degrees"}
+# Shapes that are drawn, by MuJoCo's type of a geom.
+_SHAPES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}
+_JOINTS = ("free", "ball", "slide", "hinge")  # by MuJoCo's type of a joint
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
-    """Reads an MJCF model.
+    """Reads an MJCF model; one that MuJoCo refuses, or that includes a file of another folder, raises a BadValueError.
 
-    Raises:
-        BadValueError: A value is invalid, a name is used twice, or an included file cannot be used.
+    A mesh is needed only if it decides a mass. If it is missing, the inertia of its body is a fault.
     """
-    numbers, robot = Numbers(path), Description(path, "mjcf", sources=expand_includes(path, root))
-    for tag in ("replicate", "attach", "frame"):
-        if root.find(f".//{tag}") is not None:
-            raise BadValueError(path, tag, "is not supported, must be expanded (as when MuJoCo saves a model)")
-    write_out_defaults(path, root)
-    efforts, follows = read_efforts(root, numbers), _read_mimics(root, numbers)
-    compiler = {name: value for element in root.findall("compiler") for name, value in element.attrib.items()}
-    unit = _read_unit(path, compiler)
-    from_geometry = compiler.get("inertiafromgeom") == "true"
-    groups = numbers.parse(compiler.get("inertiagrouprange"), "compiler.inertiagrouprange", 2, (0.0, 5.0))
-    _read_gravity(robot, root, numbers)
-    bodies = list(root.iterfind("worldbody//body"))
-    names = _name_bodies(path, bodies)
-    shifted, free_joints = list[str](), list[str]()
-    for body in bodies:
-        name = body.get("name", "")
-        for free in [joint for joint in body if joint.tag == "freejoint" or joint.get("type") == "free"]:
-            free_joints.append(free.get("name", ""))
-            body.remove(free)
-        for joint in body.findall("joint"):
-            joint_name = joint.attrib.setdefault("name", _find_unused(f"{name}_joint", robot.joints))
-            if joint_name in robot.joints:
-                raise BadValueError(path, f"joint {joint_name}", "appears twice")
-            shifted += [joint_name] if joint.get("ref") else []
-            notes = _read_joint(joint, unit, numbers, f"joint {joint_name}")
-            whole = read_limit(joint.attrib, "actuatorfrc", numbers, f"joint {joint_name}")  # on their sum
-            effort = min(efforts.get(joint_name, math.inf), whole)
-            robot.joints[joint_name] = notes._replace(
-                effort=effort if math.isfinite(effort) else None, mimic=follows.get(joint_name)
-            )
-        robot.add_visuals(name, _read_visuals(body, numbers))
-        if carried := numbers.parse_one(body.get("gravcomp"), f"body {name}.gravcomp", 0.0):
+    if importlib.util.find_spec("mujoco") is None:
+        raise BadValueError(path, "", "is an MJCF, which needs pip install 'visual-inertial-affordances[mjcf]'")
+    import mujoco  # imported here, as it is optional
+
+    robot = Description(path, "mjcf", sources=tuple(_list_includes(path, root)))
+    try:
+        spec: Any = mujoco.MjSpec.from_file(str(path))
+        _name_all(spec)
+        _remove_looks(spec, robot)
+        with warnings.catch_warnings(record=True, action="always") as told:
+            model: Any = spec.compile()
+    except ValueError as error:
+        raise BadValueError(path, "", f"is refused by MuJoCo: {' '.join(str(error).split())}") from error
+    robot.remarks += [f"MuJoCo says: {each.message}" for each in told]
+    read_gravity(robot, model.opt.gravity.tolist())
+    efforts, follows = _read_efforts(model), _read_couplings(model)
+    written = ElementTree.Element("mujoco", model="robot")
+    ElementTree.SubElement(written, "compiler", angle="radian")
+    elements = [ElementTree.SubElement(written, "worldbody")]
+    for index in range(1, model.nbody):
+        body = model.body(index)
+        name, inertial = body.name, _read_inertial(body)
+        element = ElementTree.SubElement(elements[model.body_parentid[index]], "body", name=name)
+        elements.append(element)
+        _place(element, body.pos, body.quat)
+        if name not in robot.faults:
+            robot.inertials[name] = inertial
+        if name not in robot.faults and inertial.mass:
+            values = {"pos": inertial.place, "mass": (inertial.mass,), "fullinertia": inertial.moments}
+            ElementTree.SubElement(element, "inertial", {key: _join(each) for key, each in values.items()})
+        robot.add_visuals(name, [*_read_visuals(model, index), *([None] if name in robot.undrawn else [])])
+        if carried := float(model.body_gravcomp[index]):
             robot.carried[name] = carried
-        inertial = body.find("inertial")
-        if inertial is not None and not from_geometry:
-            nearest = robot.add_inertial(name, _read_inertial(inertial, numbers, f"body {name}.inertial"))
-            if nearest is not None:
-                write_inertial(body, nearest)
-            remove_children(body, ("geom",))
-        else:
-            _remove_other_groups(body, groups, numbers)
-            if why := _find_unreadable(body):
-                numbers_of = "MuJoCo's body_mass, body_ipos, body_iquat, body_inertia"
-                robot.faults[name] = f"derives its inertia from {why}, must have an <inertial> ({numbers_of})"
-                remove_children(body, ("geom",))
-        robot.sites |= dict.fromkeys(_make_sites_bodies(body, names), name)
-        remove_children(body, ("camera", "light", "composite", "flexcomp", "plugin"))
-    check_drives(root, [*robot.joints, *free_joints], numbers)
+        for k in range(int(body.jntadr[0]), int(body.jntadr[0]) + int(body.jntnum[0])):
+            joint = model.joint(k)
+            if _JOINTS[int(joint.type[0])] != "free":
+                notes = _write_joint(element, joint)
+                robot.joints[joint.name] = notes._replace(effort=efforts.get(k), mimic=follows.get(k))
+    names = {*robot.visuals, *robot.joints}
+    for site in (model.site(k) for k in range(model.nsite)):
+        if site.name and (carrier := int(site.bodyid[0])):  # a massless body, so that it can be a tip
+            unique = _find_unused(f"{site.name}_site" if site.name in names else site.name, names)
+            names.add(unique)
+            robot.sites[unique] = model.body(carrier).name
+            _place(ElementTree.SubElement(elements[carrier], "body", name=unique), site.pos, site.quat)
     remark_couplings(robot)
-    _remark_loops(robot, root)
-    robot.dropped = _list_dropped(root, shifted)
-    for section in {child.tag for child in root} - {*_KEPT_SECTIONS}:
-        remove_children(root, (section,))
-    for world in root.findall("worldbody"):
-        remove_children(world, ("geom", "light", "camera", "site"))
-    for element in root.iter():
-        for attribute in set(element.attrib) - set(_KEPT.get(element.tag, element.attrib)):
-            del element.attrib[attribute]
-    robot.text = ElementTree.tostring(root, encoding="unicode")
-    compile_masses(robot, root, MassSettings.read(compiler, numbers))
+    _remark_loops(robot, model)
+    robot.dropped.append(
+        "actuators, tendons, sensors and equalities, except for torque limits and couplings of joints"
+    )
+    if shifted := [joint.name for joint in map(model.joint, range(model.njnt)) if _find_reference(joint)]:
+        zero = "angles are zero in the model's initial pose"
+        robot.dropped.append(f"the reference angle of {', '.join(shifted)}: {zero}")
+    robot.text = ElementTree.tostring(written, encoding="unicode")
     return robot
 
 
-def _read_unit(path: Path, compiler: Mapping[str, str]) -> str:
-    """Reads the unit of angles, as messages name it."""
-    unit = compiler.get("angle", "degree")
-    if unit not in _UNITS:
-        raise BadValueError(path, "compiler.angle", describe_choice(unit, _UNITS))
-    return _UNITS[unit]
+def _list_includes(path: Path, root: Element) -> Iterator[Path]:
+    """Lists included files and models; one outside of the model's folder, or nested too deeply, is refused."""
+    folder = path.parent.resolve()
+
+    def walk(element: Element, named_in: Path, depth: int) -> Iterator[Path]:
+        for tag in _MULTIPLIED:
+            if element.find(f".//{tag}") is not None:
+                raise BadValueError(
+                    named_in, tag, "is not supported, must be expanded (as when MuJoCo saves a model)"
+                )
+        for include in (*element.iter("include"), *element.iterfind(".//asset/model")):
+            name = include.get("file", "")
+            file = (folder / name).resolve()
+            if not name or not file.is_relative_to(folder):
+                problem = f"names {name!r}, must be a file in the model's own folder, {folder}"
+                raise BadValueError(named_in, "include", problem)
+            if depth == _DEEPEST:
+                raise BadValueError(named_in, "include", f"nests deeper than {_DEEPEST} files")
+            yield file
+            yield from walk(read_xml(file), file, depth + 1)
+
+    return walk(root, path, 0)
 
 
-def _read_gravity(robot: Description, root: Element, numbers: Numbers) -> None:
-    """Reads which way is up, and adds a remark if gravity is not the earth's."""
-    written = [element.get("gravity") for element in root.findall("option") if element.get("gravity")]
-    read_gravity(robot, numbers.parse(written[-1] if written else None, "option.gravity", 3, EARTH))
-
-
-def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
-    """Gives names to bodies without one; returns the names of all bodies."""
-    names: set[str] = set()
-    for body in bodies:
-        name = body.get("name")
-        if name in names:
-            raise BadValueError(path, f"body {name}", "appears twice")
-        names |= {name} if name else set()
-    for body in bodies:
-        if not body.get("name"):
-            body.set("name", _find_unused("body", names))
-            names.add(body.get("name", ""))
-    return names
+def _name_all(spec: Any) -> None:
+    """Gives names to bodies and joints without one."""
+    for kind, elements in (("body", spec.bodies[1:]), ("joint", spec.joints)):
+        names = {each.name for each in elements}
+        for each in elements:
+            if not each.name:
+                each.name = _find_unused(kind if kind == "body" else f"{each.parent.name}_joint", names)
+                names.add(each.name)
 
 
 def _find_unused(name: str, used: Container[str]) -> str:
@@ -151,133 +136,159 @@ def _find_unused(name: str, used: Container[str]) -> str:
     return next(candidate for candidate in candidates if candidate not in used)
 
 
-def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and removes the limits from its element that Drake must not see."""
+def _remove_looks(spec: Any, robot: Description) -> None:
+    """Removes what files of meshes and pictures only draw, so that these files may be missing.
 
-    def take(name: str) -> float:
-        return numbers.parse_one(joint.get(name), f"{key}.{name}", 0.0)
+    A body with a mesh that is drawn is noted as undrawn. If the file of a mesh that decides a mass is missing, the
+    body's inertia is a fault, and MuJoCo gets a sphere.
+    """
+    import mujoco
 
-    low, high = numbers.parse(joint.get("range"), f"{key}.range", 2, (0.0, 0.0))
-    axis = numbers.parse(joint.get("axis"), f"{key}.axis", 3, (0.0, 0.0, 1.0))
-    damping, armature, ref = take("damping"), take("armature"), take("ref")
-    fault = find_joint_fault(lower=low, upper=high, axis=axis, unit=unit)
-    limited = joint.attrib.pop("limited", "auto") != "false" and low < high
-    for name in ("range", "ref", *(("axis",) if fault else ()), *(("damping",) if fault or damping < 0.0 else ())):
-        joint.attrib.pop(name, None)
-    if limited:  # Drake's angles are relative to the model's initial pose
-        joint.attrib.update(range=f"{low - ref!r} {high - ref!r}", limited="true")
+    compiler, geoms = spec.compiler, mujoco.mjtGeom
+    compiler.fusestatic = compiler.discardvisual = False  # which would remove bodies and shapes
+    files = {mesh.name or Path(mesh.file).stem: mesh.file for mesh in spec.meshes}
+    needed = set()
+    for geom in spec.geoms:
+        geom.material = ""
+        if not geom.meshname:
+            continue
+        body, name, is_mesh = geom.parent, geom.parent.name, geom.type == geoms.mjGEOM_MESH
+        if is_mesh and geom.group < _FIRST_HIDDEN_GROUP:
+            robot.undrawn.add(name)
+        low, high = compiler.inertiagrouprange
+        from_shapes = compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+        counts = (from_shapes or not body.explicitinertial) and low <= geom.group <= high
+        decides = name != "world" and counts and (geom.density if np.isnan(geom.mass) else geom.mass) > 0.0
+        file = files.get(geom.meshname, "")
+        found = Path(spec.modelfiledir) / (spec.meshdir or "") / file
+        is_there = not file or found.is_file()  # without a file, its points are in the model
+        if is_there and (decides or not is_mesh):  # others are shapes fitted to a mesh
+            if file:
+                check_size(found, MESH)
+            needed.add(geom.meshname)
+            continue
+        if decides:
+            numbers = "MuJoCo's body_mass, body_ipos, body_iquat, body_inertia"
+            why = f"derives its inertia from the mesh {geom.meshname}, whose file {found} is missing"
+            robot.faults[name] = f"{why}; give it, or an <inertial> ({numbers})"
+            if compiler.settotalmass > 0.0:
+                raise BadValueError(robot.path, "compiler.settotalmass", f"needs all masses, but link {name} {why}")
+        geom.type, geom.size, geom.meshname = geoms.mjGEOM_SPHERE, [0.01] * 3, ""
+        geom.mass = 1.0 if decides else 0.0
+    for each in [*spec.meshes, *spec.materials, *spec.textures, *spec.skins]:
+        if getattr(each, "name", "") not in needed and Path(getattr(each, "file", "")).stem not in needed:
+            spec.delete(each)
+
+
+def _read_inertial(body: Any) -> Inertial:
+    """Reads a compiled body's inertia, in the body's axes."""
+    R = RotationMatrix(Quaternion(body.iquat / np.linalg.norm(body.iquat))).matrix()
+    moments = tuple(list_entries(R @ np.diag(body.inertia) @ R.T))
+    inertial = Inertial(float(body.mass[0]), tuple(body.ipos.tolist()), (0.0,) * 3, moments)
+    return inertial.find_nearest() if inertial.find_fault() else inertial  # a fault of rounding, as of a thin rod
+
+
+def _join(values: Any) -> str:
+    return " ".join(repr(float(value)) for value in values)
+
+
+def _place(element: Element, position: Array, quaternion: Array) -> None:
+    """Writes a pose; the identity is left out."""
+    if position.any():
+        element.set("pos", _join(position))
+    if quaternion[1:].any():
+        element.set("quat", _join(quaternion))
+
+
+def _find_reference(joint: Any) -> float:
+    """Returns the position that MuJoCo gives to a hinge or slide in the model's initial pose."""
+    return float(joint.qpos0[0]) if len(joint.qpos0) == 1 else 0.0
+
+
+def _write_joint(element: Element, joint: Any) -> JointNotes:
+    """Writes a joint for Drake, whose positions count from the model's initial pose."""
+    kind, reference, damping = _JOINTS[int(joint.type[0])], _find_reference(joint), float(joint.damping[0])
+    written = ElementTree.SubElement(element, "joint", name=joint.name, type=kind, axis=_join(joint.axis))
+    if joint.pos.any():
+        written.set("pos", _join(joint.pos))
+    if joint.limited[0] and kind != "ball":
+        written.attrib.update(range=_join(joint.range - reference), limited="true")
+    if damping > 0.0:
+        written.set("damping", repr(damping))
     return JointNotes(
-        friction=take("frictionloss"),
-        stiffness=take("stiffness"),
+        friction=float(joint.frictionloss[0]),
+        stiffness=float(joint.stiffness[0]),
         damping=min(damping, 0.0),
-        rotor_inertia=armature,
-        fault=fault,
+        rotor_inertia=float(joint.armature[0]),
     )
 
 
-def _list_dropped(root: Element, shifted: list[str]) -> list[str]:
-    """Lists the parts of the model that are not imported."""
-    sections = sorted({child.tag for child in root} - {*_KEPT_SECTIONS})
-    said = []
-    if sections:
-        said.append(f"sections {', '.join(sections)} of the file, except for joints' torque limits and couplings")
-    if shifted:
-        said.append(f"the reference angle of {', '.join(shifted)}: angles are zero in the model's initial pose")
-    return said
+def _read_efforts(model: Any) -> dict[int, float]:
+    """Computes the torque limit, [N m], of every joint that is limited, by index.
+
+    An actuator's limit is the smaller magnitude of the two ends of its force range, times its gear. If its force is
+    proportional to its control, the control range limits it likewise. The limits of all actuators of a joint add up,
+    and the joint's own limit applies to their sum.
+    """
+    efforts: dict[int, float] = {}
+    for k in range(model.nu):
+        actuator, limits = model.actuator(k), [np.inf]
+        if actuator.trntype[0] > 1:  # neither a joint nor a joint in its parent's axes
+            continue
+        if actuator.forcelimited[0]:
+            limits.append(_find_weaker(actuator.forcerange))
+        if actuator.ctrllimited[0] and actuator.gaintype[0] == 0 and actuator.biastype[0] == 0:  # fixed gain, no bias
+            limits.append(abs(float(actuator.gainprm[0])) * _find_weaker(actuator.ctrlrange))
+        if np.isfinite(min(limits)):
+            joint = int(actuator.trnid[0])
+            efforts[joint] = efforts.get(joint, 0.0) + abs(float(actuator.gear[0])) * min(limits)
+    for k in range(model.njnt):
+        if model.jnt_actfrclimited[k]:
+            efforts[k] = min(efforts.get(k, np.inf), _find_weaker(model.jnt_actfrcrange[k]))
+    return efforts
 
 
-def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
-    """Reads the active couplings of joints; if a coupling has no second joint, it fixes the first."""
+def _find_weaker(ends: Array) -> float:
+    return float(np.abs(ends).min())
+
+
+def _read_couplings(model: Any) -> dict[int, Mimic]:
+    """Reads the active couplings of joints, by index; if a coupling has no second joint, it fixes the first."""
     follows = {}
-    for element in root.iterfind("equality/joint"):
-        if element.get("active") != "false":
-            words = (element.get("polycoef") or "0 1 0 0 0").split()
-            offset, multiplier, *higher = numbers.parse(
-                " ".join(words), "equality.joint.polycoef", max(2, min(len(words), 5)), ()
-            )
-            leader = element.get("joint2", "")
-            follows[element.get("joint1", "")] = Mimic(leader, multiplier, offset, tuple(higher))
+    for k in range(model.neq):
+        if model.eq_active0[k] and model.eq_type[k] == 2:  # mjEQ_JOINT
+            leader = int(model.eq_obj2id[k])
+            offset, multiplier, *higher = model.eq_data[k, :5].tolist()
+            name = model.joint(leader).name if leader >= 0 else ""
+            follows[int(model.eq_obj1id[k])] = Mimic(name, multiplier, offset, tuple(higher))
     return follows
 
 
-def _remark_loops(robot: Description, root: Element) -> None:
+def _remark_loops(robot: Description, model: Any) -> None:
     """Adds remarks on constraints that are removed: loop closures between two bodies, and tendons."""
-    for tag in ("connect", "weld"):
-        for element in root.iterfind(f"equality/{tag}"):
-            if element.get("active") == "false":
-                continue
-            names = [element.get(f"body{k}") or robot.sites.get(element.get(f"site{k}", "")) for k in (1, 2)]
-            one, other = (name or "the world" for name in names)
-            robot.remarks.append(
-                f"body {one} is tied to {other} by <{tag}>; this loop is cut: a body that is not on the arm's "
-                "chain is frozen in the model's initial pose"
-            )
-    if tendons := len(root.findall("tendon/*")):
-        robot.remarks.append(f"{tendons} tendons are left out, with their springs, limits and actuators")
-
-
-def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
-    """Reads an inertial; if its axes are turned from the body's, it is only checked, and Drake transforms it."""
-    turned = any(map(inertial.get, _TURNS))
-    place = numbers.parse(inertial.get("pos"), f"{key}.pos", 3, (0.0,) * 3)
-    if inertial.get("fullinertia"):
-        moments = numbers.parse(inertial.get("fullinertia"), f"{key}.fullinertia", 6, (0.0,) * 6)
-    else:
-        moments = (*numbers.parse(inertial.get("diaginertia"), f"{key}.diaginertia", 3, (0.0,) * 3), 0.0, 0.0, 0.0)
-    mass = numbers.parse_one(inertial.get("mass"), f"{key}.mass", 0.0)
-    return Inertial(mass, place, (0.0, 0.0, 0.0), moments, in_link=not turned)
-
-
-def _remove_other_groups(body: Element, groups: tuple[float, ...], numbers: Numbers) -> None:
-    """Removes the shapes of groups that MuJoCo ignores when it derives a body's mass."""
-    for geom in body.findall("geom"):
-        if not groups[0] <= numbers.parse_one(geom.get("group"), "geom.group", 0.0) <= groups[1]:
-            body.remove(geom)
-
-
-def _find_unreadable(body: Element) -> str:
-    """Describes a shape that contributes to a body's mass but is not supported; empty if there is none."""
-    for geom in body.findall("geom"):
-        if geom.get("mass") == "0" or geom.get("density") == "0":
+    for k in range(model.neq):
+        if not model.eq_active0[k] or model.eq_type[k] > 1:  # neither mjEQ_CONNECT nor mjEQ_WELD
             continue
-        if geom.get("mesh"):
-            return f"the mesh {geom.get('mesh')}"
-        if geom.get("shellinertia") == "true":
-            return "a shell"
-    return ""
+        ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
+        if model.eq_objtype[k] == 6:  # mjOBJ_SITE
+            ends = [int(model.site_bodyid[end]) for end in ends]
+        one, other = (model.body(end).name if end > 0 else "the world" for end in ends)
+        robot.remarks.append(
+            f"body {one} is tied to {other} by <{('connect', 'weld')[model.eq_type[k]]}>; this loop is cut: a body "
+            "that is not on the arm's chain is frozen in the model's initial pose"
+        )
+    if model.ntendon:
+        robot.remarks.append(f"{model.ntendon} tendons are left out, with their springs, limits and actuators")
 
 
-def _make_sites_bodies(body: Element, names: set[str]) -> list[str]:
-    """Replaces a body's sites with massless bodies, which can be tips, and returns their names.
-
-    A site that has the name of a body gets the suffix ``_site``.
-    """
-    made = []
-    for site in body.findall("site"):
-        if name := site.get("name"):
-            unique = _find_unused(f"{name}_site", names) if name in names else name
-            names.add(unique)
-            place = {str(key): site.attrib[key] for key in ("pos", *_TURNS) if key in site.attrib}
-            ElementTree.SubElement(body, "body", {**place, "name": unique})
-            made.append(unique)
-        body.remove(site)
-    return made
-
-
-def _read_visuals(body: Element, numbers: Numbers) -> list[Visual | None]:
-    """Reads a body's simple shapes that are drawn; None stands for a mesh or a rotated shape."""
-    drawn = list[Visual | None]()
-    for geom in body.findall("geom"):
-        kind, words = geom.get("type", "sphere"), geom.get("size", "").split()
-        turned = any(name in geom.attrib for name in (*_TURNS, "fromto"))
-        counts = {"sphere": 1, "ellipsoid": 3, "box": 3, "capsule": 2, "cylinder": 2}
-        if turned or kind not in counts or len(words) < counts[kind]:
-            group = numbers.parse_one(geom.get("group"), "geom.group", 0.0)
-            drawn += [None] if group < _FIRST_HIDDEN_GROUP else []
+def _read_visuals(model: Any, index: int) -> Iterator[Visual]:
+    """Reads a body's simple shapes that are drawn."""
+    first = int(model.body_geomadr[index])
+    for k in range(first, first + int(model.body_geomnum[index])):
+        kind, size = _SHAPES.get(int(model.geom_type[k])), model.geom_size[k]
+        if kind is None or model.geom_group[k] >= _FIRST_HIDDEN_GROUP or model.geom_dataid[k] >= 0:
             continue
-        count = counts[kind]
-        half = numbers.parse(" ".join(words[:count]), "geom.size", count, ())
-        sizes = {"box": tuple(2.0 * value for value in half), "sphere": half, "ellipsoid": half}
-        place = numbers.parse(geom.get("pos"), "geom.pos", 3, (0.0,) * 3)
-        drawn.append(Visual(kind, sizes.get(kind, (half[0], 2.0 * half[-1])), place, (0.0, 0.0, 0.0)))
-    return drawn
+        sizes = {"sphere": size[:1], "ellipsoid": size, "box": 2.0 * size}.get(kind, size[:2] * [1.0, 2.0])
+        R = RotationMatrix(Quaternion(model.geom_quat[k] / np.linalg.norm(model.geom_quat[k])))
+        rpy = tuple(RollPitchYaw(R).vector().tolist())
+        yield Visual(kind, tuple(sizes.tolist()), tuple(model.geom_pos[k].tolist()), rpy)

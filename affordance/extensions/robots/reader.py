@@ -4,7 +4,6 @@ import importlib.util
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.extensions.robots.description import Description
@@ -52,20 +51,11 @@ def read_robot(
         root = parse_xml(path, text.encode())
     if root.tag not in _READERS:
         raise BadValueError(path, "", f"begins with <{root.tag}>, must with <robot> (URDF), <sdf> or <mujoco> (MJCF)")
-    _check_number(path, root)
-    try:
-        description = _READERS[root.tag](path, root)
-    except RecursionError as error:
-        raise BadValueError(path, "", "nests too deeply, with the files that it includes") from error
-    _check_number(path, root)  # includes the included files
-    description.sources += sources
-    return description
-
-
-def _check_number(path: Path, root: Element) -> None:
-    """Raises a BadValueError for more links and joints than Drake can process quickly."""
     if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
         raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")
+    description = _READERS[root.tag](path, root)
+    description.sources += sources
+    return description
 
 
 def is_template(path: Path) -> bool:
