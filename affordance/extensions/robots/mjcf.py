@@ -35,7 +35,7 @@ _JOINTS = ("free", "ball", "slide", "hinge")  # by MuJoCo's type of a joint
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
-    """Reads an MJCF model; one that MuJoCo refuses, or that includes a file of another folder, raises a BadValueError.
+    """Reads an MJCF model; what MuJoCo refuses, or an include from another folder, raises a BadValueError.
 
     A mesh is needed only if it decides a mass. If it is missing, the inertia of its body is a fault.
     """
