@@ -96,9 +96,9 @@ ROBOTS = {
 URL = "postgresql://me:secret@host:abc/memory"
 # Files that `identify` reads, by option, and messages that refuse them.
 RECORDINGS = {
-    "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: is longer than 100000 characters"),
-    "netCDF": ("loaded.nc", b"CDF\x01" + b"\xff" * 100, "is not a netCDF 3 file of numbers"),
-    "database": ("loaded.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
+    "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: has 60001 values, must have 2"),
+    "arrays": ("loaded.npz", b"PK\x03\x04" + b"\xff" * 100, "is not a .npz file of numbers"),
+    "database": ("loaded.db3", FOREVER, "cannot be read as a ROS bag: "),
     "memory": ("memory.json", "{" * 100_000, "memory.json: is JSON, must be an SQLite file"),
     "ledger": ("ledger.db3", FOREVER, "is a database of another program (tables: none)"),
     "hidden column": (

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
@@ -13,13 +15,12 @@ from affordance.commands.demo import ARM_FILE, MASS, PIECE, fill_in_recording
 from affordance.commands.memory.memory_options import read_same_colours
 from affordance.commands.options import add_same_colours
 from affordance.commands.parser import ROBOT, find_group
-from affordance.commands.payload.payload_files import write_belief
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.extensions.memory.ledger import has_memory, open_memory
 from affordance.extensions.memory.past_arms import count_past_arms, describe_past_arms
 from affordance.extensions.memory.same_colours import SameColours
-from affordance.extensions.payload.evidence.gains import read_gains
+from affordance.extensions.payload.evidence.gains import read_gains, write_gains
 from affordance.extensions.payload.identified_trial import build_identified_trial, teach
 from affordance.extensions.payload.identify import Runs, check_reference_mass, identify, see_tool
 from affordance.extensions.payload.payload_claim import Claim, judge_claim
@@ -35,6 +36,7 @@ from affordance.extensions.payload.settings import MIN_SPEED, NUM_SAMPLES, Ident
 from affordance.extensions.robots.flange import Flange, find_flange, find_imported_tip
 from affordance.extensions.robots.joint_limits import limit_joints
 from affordance.extensions.robots.recorded_arm import load_robot
+from affordance.files.atomic import write_atomic
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, Material, load_materials
@@ -99,7 +101,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--as-found", action="store_true", help=what)
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording from the package")
-    options.add_answer(parser, "belief.json, samples.nc, gains.yaml and figures")
+    options.add_answer(parser, "belief.json, samples.npz, gains.yaml and figures")
     options.add_seed(parser)
     options.add_prior_set(parser)
 
@@ -186,6 +188,22 @@ def _run_demo(arguments: argparse.Namespace) -> int:
     if not arguments.json:
         options.tell(arguments, f"\nThe true mass of the {PIECE} in the simulation is {MASS:.3f} kg.")
     return status
+
+
+def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
+    """Writes figures, samples and, if the result is used, the gains calibrated with a weighed load."""
+    # Imported here: these imports take most of a second, and runs without --out do not need them.
+    from affordance.extensions.payload.payload_figures import draw_fit, draw_posteriors, draw_whiteness
+    from affordance.reporting.figures import save_figure
+
+    save_figure(draw_fit(belief.fit), folder, "fit")
+    save_figure(draw_posteriors(belief), folder, "posteriors")
+    if not belief.fit.evidence.is_at_rest:  # separate postures have no time series to autocorrelate
+        save_figure(draw_whiteness(belief.fit), folder, "whiteness")
+    if belief.calibration is not None and is_used:
+        write_gains(folder / "gains.yaml", belief.calibration)
+    samples = {"parameters": belief.bodies.pi, "weight": belief.bodies.weights}
+    write_atomic(folder / "samples.npz", lambda temporary: np.savez(temporary, allow_pickle=False, **samples))
 
 
 def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> MaterialMemory:

@@ -30,10 +30,9 @@ from affordance.extensions.payload.posterior.inference import infer
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
-from affordance.extensions.payload.recording.held_postures import POSTURE_STEP
 from affordance.extensions.payload.recording.joint_rates import ANGLE_SLACK
 from affordance.extensions.payload.recording.preparation import prepare
-from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run
+from affordance.extensions.payload.recording.run import POSTURE_STEP, WRENCH_COLUMNS, Run
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.objects.tool import Tool, find_box
 from affordance.plant.serial_chain import ArmOwner, SerialChain

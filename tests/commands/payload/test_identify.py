@@ -75,7 +75,7 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path):
     assert "set_target_payload(" in text
     assert "Assumed:" in text
     pictures = ("fit.png", "posteriors.png", "whiteness.png")
-    for name in (*pictures, "samples.nc", "belief.json", "belief.txt", "gains.yaml"):
+    for name in (*pictures, "samples.npz", "belief.json", "belief.txt", "gains.yaml"):
         assert (tmp_path / name).stat().st_size > 0
     words = ("--empty", empty, "--loaded", loaded, "--gains", tmp_path / "gains.yaml", "--min-speed", 0.05)
     found = _run(folder, *words, "--json").content
@@ -373,7 +373,7 @@ def test_of_several_settings_the_right_one_is_named(folder, tmp_path):
 
 def test_libraries_that_take_long_to_import_are_left_out(children):
     """Libraries that take longer to import than identification takes are not imported."""
-    slow = {"cv2", "jinja2", "joblib", "matplotlib", "pandas", "xarray"}
+    slow = {"cv2", "jinja2", "joblib", "matplotlib", "xarray"}
     slow |= {f"scipy.{name}" for name in ("interpolate", "optimize", "signal", "spatial", "stats")}
     program = "import sys, affordance.commands.payload.identify; print(*sys.modules)"
     out, _ = children([sys.executable, "-c", program]).communicate()

@@ -6,7 +6,7 @@ from helpers.generated_runs import PAYLOAD
 from helpers.held_postures import draw_postures, generate_torques, generate_wrench
 from helpers.refusals import refuse
 
-from affordance.commands.payload.payload_files import write_belief
+from affordance.commands.payload.identify import write_belief
 from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.payload_figures import draw_fit
 from affordance.extensions.payload.recording.run import Run, RunDescription

@@ -16,9 +16,8 @@ from affordance.exceptions import BadValueError
 from affordance.extensions.payload.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.extensions.payload.evidence.gains import Gains
 from affordance.extensions.payload.evidence.model_error import project_pulls
-from affordance.extensions.payload.recording.held_postures import FEWEST_POSTURES, POSTURE_STEP
 from affordance.extensions.payload.recording.preparation import compute_cutoff, prepare
-from affordance.extensions.payload.recording.run import Run, resample
+from affordance.extensions.payload.recording.run import FEWEST_POSTURES, POSTURE_STEP, Run, resample
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 

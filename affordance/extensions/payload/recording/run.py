@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from affordance.arguments import check_array, check_kind, check_member, read_numbers
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.extensions.payload.recording.held_postures import FEWEST_POSTURES
 from affordance.extensions.payload.recording.joint_rates import (
     DEGREES,
     FASTEST,
@@ -30,7 +29,9 @@ from affordance.extensions.payload.recording.joint_rates import (
 from affordance.extensions.payload.settings import SignalKind
 
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
-_MIN_ROWS = 20
+_MIN_ROWS, FEWEST_POSTURES = 20, 4
+# Nominal time between held postures, [s]; it only numbers them, as their times do not matter.
+POSTURE_STEP = 0.5
 # Largest gap between samples, [s] and as a multiple of the typical step, across which motion is interpolated.
 _GAP, _GAP_STEPS = 0.25, 5.0
 # Bounds of the magnitude of gravity on Earth, [m/s^2], as drivers round it.

@@ -4,23 +4,27 @@ It needs rosbags (the extra [bags]), but no ROS. Messages are decoded with ROS's
 from the bag would become code that is executed.
 """
 
-from array import array
-from collections.abc import Iterator
+import importlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.extensions.payload.recording.bag_files import Storage, open_bag
 from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, resample
-from affordance.extensions.payload.recording.run_table import RunTable
+from affordance.extensions.payload.recording.run_table import build_frame, check_unpacked
+from affordance.files import bounded
 
 JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
 
+# Reads the messages of the named topic, or of the only topic, of a kind, each with its time stamp, [s].
+type _Read = Callable[[str, str], Iterator[tuple[float, Any]]]
 
-def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> RunTable:
+
+def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> pd.DataFrame:
     """Reads the joint states of a bag (a folder, or a .mcap, .db3 or .bag file), and wrenches at their times.
 
     Args:
@@ -29,48 +33,49 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
         wrench_topic: Topic of the wrenches; empty for none.
         is_current: True if the efforts are currents.
 
+    Returns: The table, with the names of the joints as ``attrs["joints"]``.
+
     Raises:
         BadValueError: The bag cannot be read or has no such topic, or rosbags is missing.
     """
+    is_ros1 = path.suffix == ".bag"
     try:
-        from rosbags.typesys import Stores, get_typestore
+        types = importlib.import_module("rosbags.typesys")
+        reader = importlib.import_module("rosbags.rosbag1" if is_ros1 else "rosbags.rosbag2").Reader
     except ImportError as error:
         problem = "is a ROS bag, which needs the extra [bags]: pip install '.[bags]' in a clone"
         raise BadValueError(path, "", problem) from error
-    decoders = (
-        get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr,
-        get_typestore(Stores.ROS1_NOETIC).deserialize_ros1,
-    )
-
-    def read(storages: list[Storage], topic: str, kind: str) -> Iterator[tuple[float, Any]]:
-        """Reads the messages of a topic with their time stamps, [s]."""
-        topic = _choose_topic(path, storages, topic, kind)
-        is_empty = True
-        for storage in storages:
-            for received, content in storage.read(topic):
-                is_empty = False
-                message: Any = decoders[storage.is_ros1](content, kind)
-                stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-                yield stamp if stamp > 0.0 else 1e-9 * received, message
-        if is_empty:
-            raise BadValueError(path, topic, "has no message")
-
+    for file in path.iterdir() if path.is_dir() else [path]:
+        bounded.check_size(file, bounded.RECORDING)
+    if is_ros1:
+        decode = types.get_typestore(types.Stores.ROS1_NOETIC).deserialize_ros1
+    else:
+        decode = types.get_typestore(types.Stores.ROS2_HUMBLE).deserialize_cdr
     try:
-        with open_bag(path) as storages:
-            names, columns = _collect_states(path, read(storages, topic, JOINT_STATES), is_current=is_current)
-            if wrench_topic:
-                columns |= _collect_wrenches(columns["time"], read(storages, wrench_topic, WRENCHES))
-    except (BadValueError, MemoryError):
+        with reader(path) as bag:
+
+            def read(topic: str, kind: str) -> Iterator[tuple[float, Any]]:
+                topic = _choose_topic(path, bag.connections, topic, kind)
+                size = 0
+                for _, received, content in bag.messages([each for each in bag.connections if each.topic == topic]):
+                    size += len(content)
+                    check_unpacked(path, size)
+                    message = decode(content, kind)
+                    stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+                    yield stamp if stamp > 0.0 else 1e-9 * received, message
+                if not size:
+                    raise BadValueError(path, topic, "has no message")
+
+            return _collect(path, read, topic, wrench_topic, is_current=is_current)
+    except BadValueError:
         raise
-    except Exception as error:  # the libraries raise any exception on a damaged bag
+    except Exception as error:  # the library raises any exception on a damaged bag
         raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
-    values = np.column_stack(list(columns.values()))
-    return RunTable(tuple(columns), values, np.arange(1, len(values) + 1), joint_names=names)
 
 
-def _choose_topic(path: Path, storages: list[Storage], topic: str, kind: str) -> str:
+def _choose_topic(path: Path, connections: Any, topic: str, kind: str) -> str:
     """Returns the named topic if its messages are of a kind, or the only such topic if none is named."""
-    of_kind = sorted({name for storage in storages for name, its_kind in storage.topics if its_kind == kind})
+    of_kind: list[str] = sorted({each.topic for each in connections if each.msgtype == kind})
     if not topic and len(of_kind) == 1:
         return of_kind[0]
     if topic not in of_kind:
@@ -79,48 +84,37 @@ def _choose_topic(path: Path, storages: list[Storage], topic: str, kind: str) ->
     return topic
 
 
-def _collect_states(
-    path: Path, states: Iterator[tuple[float, Any]], *, is_current: bool
-) -> tuple[tuple[str, ...], dict[str, Array]]:
-    """Collects the joint names, and the columns of times, positions, velocities and efforts that were sent.
+def _collect(path: Path, read: _Read, topic: str, wrench_topic: str, *, is_current: bool) -> pd.DataFrame:
+    """Collects times, the positions, velocities and efforts that were sent, and wrenches at these times.
 
     Messages may list the joints of the first message in another order.
     """
     fields = {"position": "q", "velocity": "v", "effort": "current" if is_current else "tau"}
-    times, values = array("d"), {field: array("d") for field in fields}  # no messages in memory
-    lacking: dict[str, BadValueError] = {}
+    times: list[float] = []
+    values: dict[str, list[Array]] = {field: [] for field in fields}
     names: list[str] = []
-    for number, (time, message) in enumerate(states, start=1):
-        names = names if len(times) else list(message.name)
+    for time, message in read(topic, JOINT_STATES):
+        names = names or list(message.name)
         times.append(time)
-        is_same = set(message.name) == set(names)
-        order = [list(message.name).index(name) for name in names] if is_same else []
-        for field in fields:
+        for field, rows in values.items():
             given = np.asarray(getattr(message, field), dtype=float)
-            if len(given) == len(names) and is_same:
-                values[field].frombytes(given[order].tobytes())
-                continue
-            has = f"has {len(given)} values of {', '.join(message.name)}"
-            problem = f"{has}, must have one for each of {', '.join(names)}"
-            error = BadValueError(path, f"message {number}, {field}", problem)
-            if len(given):
-                raise error
-            lacking.setdefault(field, error)  # a sender may leave out a quantity, but only in all messages
+            is_whole = set(message.name) == set(names) and len(given) == len(names) and len(rows) == len(times) - 1
+            if is_whole:
+                rows.append(given[[list(message.name).index(name) for name in names]])
+            elif len(given) or rows:  # a sender may leave out a quantity, but only in all messages
+                problem = f"has {len(given)} values of {', '.join(message.name)}, must have one for each of"
+                raise BadValueError(path, f"message {len(times)}, {field}", f"{problem} {', '.join(names)}")
     columns = {"time": np.array(times)}
     for field, ours in fields.items():
-        if values[field] and field in lacking:
-            raise lacking[field]
-        if values[field]:
-            table = np.array(values[field]).reshape(len(times), len(names))
-            columns |= {f"{ours}_{i + 1}": column for i, column in enumerate(table.T)}
-    return tuple(names), columns
-
-
-def _collect_wrenches(times: Array, wrenches: Iterator[tuple[float, Any]]) -> dict[str, Array]:
-    """Collects the columns of forces and torques, interpolated at the times of the joint states."""
-    stamps, values = array("d"), array("d")
-    for time, message in wrenches:
-        stamps.append(time)
-        values.extend(getattr(each, axis) for each in (message.wrench.force, message.wrench.torque) for axis in "xyz")
-    table = np.array(values).reshape(len(stamps), len(WRENCH_COLUMNS))
-    return dict(zip(WRENCH_COLUMNS, resample(times, np.array(stamps), table).T, strict=True))
+        columns |= {f"{ours}_{i + 1}": column for i, column in enumerate(np.array(values[field]).T)}
+    if wrench_topic:
+        stamps, wrenches = [], []
+        for time, message in read(wrench_topic, WRENCHES):
+            stamps.append(time)
+            both = message.wrench.force, message.wrench.torque
+            wrenches.append([getattr(each, axis) for each in both for axis in "xyz"])
+        found = resample(columns["time"], np.array(stamps), np.array(wrenches))
+        columns |= dict(zip(WRENCH_COLUMNS, found.T, strict=True))
+    frame = build_frame(columns)
+    frame.attrs["joints"] = tuple(names)
+    return frame

@@ -15,7 +15,6 @@ reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
 force_on: object                       # or robot: the body on which the wrench acts
 postures: true                         # each row is a posture in which the arm was held at rest; no time is needed
-drop_torn_rows: 3                      # number of incomplete rows that may be left out
 skip_rows: 2                           # number of rows above the table
 topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
 """
@@ -258,9 +257,6 @@ class RunEntry(DataModel):
         bool | None,
         Field(description="true if the arm was held at rest in postures; by default inferred from the columns."),
     ] = None
-    drop_torn_rows: Annotated[
-        int, Whole(0, 1_000_000), Field(description="Number of incomplete rows that may be left out.")
-    ] = 0
     skip_rows: Annotated[int, Whole(0, 1_000_000), Field(description="Number of rows above the table.")] = 0
     topic: Annotated[Name, Field(description="Topic of joint states in a bag that has several such topics.")] = ""
     wrench_topic: Annotated[Name, Field(description="Topic of wrenches in a bag.")] = ""

@@ -1,22 +1,23 @@
 """Reader of a run: a table, and the small YAML file next to it that describes the table (see ``run_entry``)."""
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.extensions.payload.recording.held_postures import (
+from affordance.extensions.payload.recording.run import (
     FEWEST_POSTURES,
     POSTURE_STEP,
-    gather_postures,
-    looks_held,
+    WRENCH_COLUMNS,
+    Run,
+    RunDescription,
 )
-from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run, RunDescription
-from affordance.extensions.payload.recording.run_arrays import SUFFIXES, is_lerobot, read_arrays, read_lerobot
 from affordance.extensions.payload.recording.run_bag import read_bag
 from affordance.extensions.payload.recording.run_entry import (
     COLUMN_MAPS,
@@ -25,8 +26,13 @@ from affordance.extensions.payload.recording.run_entry import (
     build_column_map,
     name_columns,
 )
-from affordance.extensions.payload.recording.run_parts import check_clock, join_tables, list_parts
-from affordance.extensions.payload.recording.run_table import RunTable, read_netcdf, read_text
+from affordance.extensions.payload.recording.run_table import (
+    ARRAYS,
+    is_lerobot,
+    read_arrays,
+    read_lerobot,
+    read_text,
+)
 from affordance.extensions.payload.settings import SignalKind
 from affordance.files.bounded import suggest_file
 from affordance.files.constraints import StrPath, check_names, check_path
@@ -35,14 +41,20 @@ from affordance.files.data_model import load_model
 _DESCRIPTIONS = (".yaml", ".yml")
 _BAGS = (".mcap", ".db3", ".bag")
 _TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # likely names of a column of times
+# Largest change of a joint angle of an arm at rest, [rad]: droop under load, or encoder noise.
+_STILL = 5e-3
+# Number of rows in one posture from which a table counts as a recording over time, so that shorter stays are motion.
+_STAY = 5
+# Change of some joint angle from row to row that hardly occurs in a recording over time, [rad].
+_APART = 0.05
 
 
 def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     """Reads a run from its table and description.
 
     Args:
-        path: Table (.csv, .txt, .tsv, .nc, .npz, .mat or .parquet), ROS bag, LeRobot folder, or a description (.yaml)
-            whose ``files`` are the parts of the recording.
+        path: Table (.csv, .txt, .tsv, .npz or .parquet), ROS bag, LeRobot folder, or a description (.yaml) whose
+            ``files`` are the parts of the recording.
         description: YAML file that describes the table; None for the one of the same name next to it.
 
     Raises:
@@ -60,65 +72,87 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
         raise BadValueError(path, "", problem)
     entry = load_model(description_file, RunEntry)
     is_split = path.suffix in _DESCRIPTIONS
-    if is_split and description is not None:
-        raise BadValueError(path, "", "is itself a description, must be given without another one")
     if bool(entry.files) != is_split:
-        problem = "is missing: must list the parts of the recording; or give the recording itself as the run"
-        if entry.files:
-            problem = (
-                f"lists the parts of a recording: give {description_file.name} as the run instead of {path.name}"
-            )
+        problem = f"must list the parts of a recording if {description_file.name} is given as the run, and only then"
         raise BadValueError(description_file, "files", problem)
-    parts = list_parts(path, entry.files) if is_split else [path]
+    parts = _list_parts(path, entry.files) if is_split else [path]
     tables = [_read_table(part, description_file, entry) for part in parts]
-    table = join_tables(parts, tables)
-    if _is_bag(parts[0]):
-        entry = entry.model_copy(update={"joints": entry.joints or table.joint_names, "columns": "standard"})
+    table = _join_tables(parts, tables)
+    if joints := table.attrs.get("joints"):
+        entry = entry.model_copy(update={"joints": entry.joints or list(joints), "columns": "standard"})
     if not entry.joints:
         raise BadValueError(
             description_file, "joints", "is missing: must list the joints in the order of the columns"
         )
     columns = _find_columns(parts[0], description_file, table, entry)
     if "time" in columns:
-        check_clock(parts, tables, columns["time"])
+        _check_clock(parts, [part.to_numpy()[:, columns["time"]] for part in tables])
     kind = entry.signal or _guess_kind(path, columns)
     held = entry.postures is True or "time" not in columns
     return _build_run(path, table, columns, entry.build(entry.joints, kind, postures=held), entry)
 
 
-def _is_bag(path: Path) -> bool:
-    is_other = is_lerobot(path) or path.suffix in SUFFIXES
-    return not is_other and (path.is_dir() or path.suffix in _BAGS)
+def _list_parts(description: Path, names: Sequence[str]) -> list[Path]:
+    """Lists the files that a description names as parts of a recording, which must be in its own folder."""
+    parts = [description.parent / name for name in names]
+    for i, (name, part) in enumerate(zip(names, parts, strict=True)):
+        if Path(name).name != name or not part.exists():
+            problem = f"is {name!r}, must be the name of a file in the same folder{suggest_file(part)}"
+            raise BadValueError(description, f"files[{i}]", problem)
+    return parts
 
 
-def _read_table(path: Path, description_file: Path, entry: RunEntry) -> RunTable:
+def _join_tables(parts: Sequence[Path], tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    """Joins the tables of all parts; rows are numbered continuously."""
+    first, *others = tables
+    for part, table in zip(parts[1:], others, strict=True):
+        if list(table.columns) != list(first.columns) or table.attrs != first.attrs:
+            differing = [name for name in table.columns if name not in first.columns] or list(table.columns)
+            problem = f"differ from those of {parts[0].name}: are {', '.join(differing)[:200]}, must be the same"
+            raise BadValueError(part, "columns", problem)
+    if not others:
+        return first
+    before = itertools.accumulate((int(table.index[-1]) if len(table) else 0 for table in tables), initial=0)
+    rows = np.concatenate([start + table.index.to_numpy() for start, table in zip(before, tables, strict=False)])
+    joined = pd.DataFrame(np.vstack([table.to_numpy() for table in tables]), index=rows, columns=first.columns)
+    joined.attrs = first.attrs
+    return joined
+
+
+def _check_clock(parts: Sequence[Path], times: Sequence[Array]) -> None:
+    """Checks that each part begins after the previous one ends, by their times, (N,) each."""
+    for (before, earlier), (part, later) in itertools.pairwise(zip(parts, times, strict=True)):
+        if len(earlier) and len(later) and not later[0] > earlier[-1]:
+            problem = f"begins at {later[0]:.6f}, must be later than the end of {before.name}, {earlier[-1]:.6f}"
+            raise BadValueError(part, "time", f"{problem}: parts share one clock and are listed in order of time")
+
+
+def _read_table(path: Path, description_file: Path, entry: RunEntry) -> pd.DataFrame:
     """Reads the table of a recording, or of one of its parts."""
     if is_lerobot(path):
         table = read_lerobot(path)
-    elif path.suffix in SUFFIXES:
+    elif path.suffix in ARRAYS:
         table = read_arrays(path)
-    elif _is_bag(path):
-        table = read_bag(path, entry.topic, entry.wrench_topic, is_current=entry.signal is SignalKind.CURRENT)
+    elif path.is_dir() or path.suffix in _BAGS:
         if entry.signal is None:
             problem = "is missing: the efforts in a bag may be joint_torque, motor_torque or current"
             raise BadValueError(description_file, "signal", problem)
-    elif path.suffix == ".nc":
-        table = read_netcdf(path)
+        table = read_bag(path, entry.topic, entry.wrench_topic, is_current=entry.signal is SignalKind.CURRENT)
     else:
-        table = read_text(path, entry.drop_torn_rows, entry.skip_rows)
-    check_names(path, "columns", (*table.names, *table.joint_names))
+        table = read_text(path, entry.skip_rows)
+    check_names(path, "columns", (*table.columns, *table.attrs.get("joints", ())))
     return table
 
 
-def _find_columns(path: Path, description_file: Path, table: RunTable, entry: RunEntry) -> dict[str, int]:
+def _find_columns(path: Path, description_file: Path, table: pd.DataFrame, entry: RunEntry) -> dict[str, int]:
     """Finds the position of each of our columns in the table."""
-    names = table.names
+    names = tuple(table.columns)
     if isinstance(entry.columns, tuple):
         names = entry.columns
-        if len(names) != table.values.shape[1]:
-            problem = f"lists {len(names)} names, must list the {table.values.shape[1]} columns of {path.name}"
+        if len(names) != table.shape[1]:
+            problem = f"lists {len(names)} names, must list the {table.shape[1]} columns of {path.name}"
             raise BadValueError(description_file, "columns", problem)
-    elif not names:
+    elif not any(names):
         problem = "contains no column names; the description must list them under columns"
         raise BadValueError(path, "row 1", problem)
     ours = name_columns(names, _get_map(entry))
@@ -141,12 +175,12 @@ def _find_columns(path: Path, description_file: Path, table: RunTable, entry: Ru
 
 
 def _are_postures(
-    table: RunTable, columns: Mapping[str, int], angles: Sequence[str], names: Sequence[str], entry: RunEntry
+    table: pd.DataFrame, columns: Mapping[str, int], angles: Sequence[str], names: Sequence[str], entry: RunEntry
 ) -> bool:
     """Returns whether a table without times has one row per posture."""
     if entry.postures is False or any(_TIME.search(name) for name in names) or "v_1" in columns:
         return False
-    return looks_held(entry.units.q * table.values[:, [columns[name] for name in angles]])
+    return _looks_held(entry.units.q * table.to_numpy()[:, [columns[name] for name in angles]])
 
 
 def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
@@ -191,7 +225,7 @@ def _guess_kind(path: Path, columns: dict[str, int]) -> SignalKind:
 
 
 def _build_run(
-    path: Path, table: RunTable, columns: dict[str, int], description: RunDescription, entry: RunEntry
+    path: Path, table: pd.DataFrame, columns: dict[str, int], description: RunDescription, entry: RunEntry
 ) -> Run:
     num = len(entry.joints)
 
@@ -204,7 +238,7 @@ def _build_run(
             missing = next(name for name in names if name not in columns)
             raise BadValueError(path, f"column {missing}", f"is missing, although there are {', '.join(given)}")
         unit: float = getattr(entry.units, quantity)
-        return table.values[:, [columns[name] for name in names]] * unit
+        return table.to_numpy()[:, [columns[name] for name in names]] * unit
 
     kind = description.kind
     if kind is SignalKind.WRENCH:
@@ -216,33 +250,40 @@ def _build_run(
         raise BadValueError(path, "columns", _describe_missing_signal(kind, columns, num))
     q = take("q")
     assert q is not None  # _find_columns
-    notes = (f"{table.num_torn} torn rows were left out",) if table.num_torn else ()
     if description.postures:
-        return _build_postures(path, table, description, q, signal, notes)
-    times = table.values[:, columns["time"]] * (
+        return _build_postures(path, table, description, q, signal)
+    times = table.to_numpy()[:, columns["time"]] * (
         _get_map(entry).time_unit if entry.units.time is None else entry.units.time
     )
-    return Run(str(path), description, times, q, signal, take("v"), take("vdot"), rows=table.rows, notes=notes)
+    return Run(str(path), description, times, q, signal, take("v"), take("vdot"), rows=table.index.to_numpy())
 
 
-def _build_postures(
-    path: Path, table: RunTable, description: RunDescription, q: Array, signal: Array, notes: tuple[str, ...]
-) -> Run:
-    """Builds the run of held postures, with the mean signal of each."""
+def _build_postures(path: Path, table: pd.DataFrame, description: RunDescription, q: Array, signal: Array) -> Run:
+    """Builds the run of held postures, with the mean signal of each.
+
+    Consecutive rows with the same joint angles are averaged. If the longest stay has at least five rows, stays of
+    fewer rows count as motion and are left out.
+    """
     if not len(q):
         raise BadValueError(path, "", f"has no rows, must have at least {FEWEST_POSTURES} postures")
-    held = gather_postures(q, np.hstack([q, signal]))
-    num = q.shape[1]
-    if len(held.values) < len(q):
-        moved = f", {held.num_moving} rows in motion are left out" if held.num_moving else ""
-        notes = (*notes, f"{len(q)} rows show {len(held.values)} postures{moved}")
-    times = np.linspace(0.0, POSTURE_STEP * (len(held.values) - 1), len(held.values))
-    return Run(
-        str(path),
-        description,
-        times,
-        held.values[:, :num],
-        held.values[:, num:],
-        rows=table.rows[held.first],
-        notes=notes,
-    )
+    starts = [0]
+    for row in range(1, len(q)):
+        if np.abs(q[row] - q[starts[-1]]).max() > _STILL:
+            starts.append(row)
+    first = np.array(starts)
+    lengths = np.diff(np.append(first, len(q)))
+    kept = lengths >= _STAY if lengths.max() >= _STAY else lengths > 0
+    means = (np.add.reduceat(np.hstack([q, signal]), first, axis=0) / lengths[:, None])[kept]
+    notes: tuple[str, ...] = ()
+    if len(means) < len(q):
+        moving = int(lengths[~kept].sum())
+        moved = f", {moving} rows in motion are left out" if moving else ""
+        notes = (f"{len(q)} rows show {len(means)} postures{moved}",)
+    times = np.linspace(0.0, POSTURE_STEP * (len(means) - 1), len(means))
+    num, rows = q.shape[1], table.index.to_numpy()[first[kept]]
+    return Run(str(path), description, times, means[:, :num], means[:, num:], rows=rows, notes=notes)
+
+
+def _looks_held(q: Array) -> bool:
+    """Returns whether the rows of a table without times are separate postures, most of them far apart."""
+    return len(q) >= FEWEST_POSTURES and bool(np.median(np.abs(np.diff(q, axis=0)).max(axis=1)) > _APART)

@@ -1,208 +1,191 @@
-"""Tables of recordings: text with one row per sample (CSV), and netCDF 3."""
+"""Tables of recordings: text with one row per sample (CSV), NumPy's .npz, Parquet, and LeRobot folders.
 
-import csv
-import math
-import warnings
-from array import array
-from collections.abc import Iterator, Mapping
-from io import BytesIO, StringIO
-from itertools import chain
+Each format is read by its own library into a data frame of numbers, whose index is the row of the file, from 1.
+"""
+
+import zipfile
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+import pandas as pd
 
 from affordance.arrays import Array
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, show_value
 from affordance.files import bounded
+from affordance.files.constraints import check_names
 
+ARRAYS = (".npz", ".parquet")  # suffixes of files of arrays
 # Possible delimiters of a text; the most frequent one in the first line is used.
 _DELIMITERS = ",;\t "
-# Largest number of characters in a row; the log of a robot controller has some hundred columns.
-_LONGEST_ROW = 100_000
-_LISTED, _ENOUGH_TORN = 10, 1000  # numbers of torn rows that a message lists, and after which the search stops
+_EFFORTS = ("effort", "torque", "current", "force", "wrench")
 
 
-class RunTable(NamedTuple):
-    """Table of numbers."""
-
-    names: tuple[str, ...]  # names of the columns; empty if the file has none
-    values: Array  # values, shape (N, number of columns)
-    rows: NDArray[np.intp]  # row of the file that holds each sample, from 1, shape (N,)
-    num_torn: int = 0  # number of incomplete rows that were left out
-    joint_names: tuple[str, ...] = ()  # names of the joints if the file gives them
-
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, Array]) -> "RunTable":
-        """Builds a table from arrays, (N,) or (N, C); the columns of a matrix become NAME_1, NAME_2 and so on."""
-        names: list[str] = []
-        for name, values in arrays.items():
-            names += [name] if values.ndim == 1 else [f"{name}_{i + 1}" for i in range(values.shape[1])]
-        table = np.column_stack(list(arrays.values()))
-        return cls(tuple(names), table, np.arange(1, len(table) + 1))
-
-
-def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
-    """Reads rows of numbers, with or without a header line, after a number of skipped rows.
+def read_text(path: Path, skipped: int = 0) -> pd.DataFrame:
+    """Reads rows of numbers below a number of skipped rows; names of columns are empty if there is no header line.
 
     Raises:
-        BadValueError: The file cannot be read, or has more than ``max_torn`` incomplete rows, which the message
-            names.
+        BadValueError: The file cannot be read, or a row is incomplete or not of numbers; the message names it.
     """
-    text = bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig")
-    lines = text.splitlines(keepends=True)[skipped:]
-    rows = _split_rows(path, "".join(lines), skipped)
-    first = next(rows, [])
-    if not first:
+    lines = bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig").split("\n")
+    rows = [number for number in range(skipped, len(lines)) if lines[number].strip()]
+    if not rows:
         raise BadValueError(path, "", "is empty, must be a table with one row per sample")
-    names = () if _is_number(first[0]) else tuple(first)
-    width = len(first)
-    top = skipped + (2 if names else 1)
-    whole = _read_whole(lines[1:] if names else lines, _find_delimiter(lines[0]), width)
-    if whole is not None:
-        return RunTable(names, whole, np.arange(top, top + len(whole)))
-    samples, numbers = array("d"), array("q")  # a number takes eight bytes, its text ten times as many
-    torn: list[tuple[int, str, str]] = []
-    for number, row in enumerate(rows if names else chain([first], rows), start=top):
-        if not row:
-            continue
-        problem = _find_problem(row, width, names)
-        if problem is None:
-            samples.extend(map(float, row))
-            numbers.append(number)
-        else:
-            torn.append((number, *problem))
-            if len(torn) > max_torn + _ENOUGH_TORN:
-                break
-    if len(torn) > max_torn:
-        if len(numbers) < len(torn) and (head := _count_head(lines)):
-            where = f"rows {skipped + 1} to {skipped + head}" if head > 1 else f"row {skipped + 1}"
-            above = f"precedes the table (skip_rows: {skipped + head} skips everything above it)"
-            raise BadValueError(path, where, above)
-        raise _refuse_torn(path, torn, max_torn, len(numbers))
-    values = np.array(samples, dtype=float).reshape(-1, width)
-    return RunTable(names, values, np.array(numbers, dtype=np.intp), len(torn))
-
-
-def _find_delimiter(line: str) -> str:
-    """Finds the most frequent delimiter in a line."""
-    return max(_DELIMITERS, key=line.count)
-
-
-def _read_whole(lines: list[str], delimiter: str, width: int) -> Array | None:
-    """Reads rows without gaps much faster than cell by cell, shape (N, width); None if a row is incomplete."""
-    if max(map(len, lines), default=0) > _LONGEST_ROW:
-        return None
+    first = lines[rows[0]]
+    delimiter = max(_DELIMITERS, key=first.count)
+    names = _split(first, delimiter)
+    has_names = _read_number(names[0]) is None
+    columns, rows = names if has_names else [""] * len(names), rows[has_names:]
+    values = np.empty((0, len(names)))
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # warnings about tables without rows
-            values = np.loadtxt(lines, delimiter=None if delimiter == " " else delimiter, comments=None, ndmin=2)
+        if rows:
+            values = np.loadtxt(
+                [lines[number] for number in rows],
+                delimiter=None if delimiter == " " else delimiter,
+                comments=None,
+                quotechar='"',
+                ndmin=2,
+            )
+        frame = pd.DataFrame(values, np.add(rows, 1), columns)
+    except ValueError as error:  # not numbers, or as many in each row, or as many as there are names
+        raise _explain(path, lines, rows, names, delimiter) from error
+    if not np.isfinite(values).all():
+        raise _explain(path, lines, rows, names, delimiter)
+    return frame
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    cells = line.split(None if delimiter == " " else delimiter)
+    return [cell.strip().strip('"') for cell in cells]
+
+
+def _read_number(cell: str) -> float | None:
+    try:
+        return float(cell)
     except ValueError:
         return None
-    is_whole = values.shape == (len(lines), width) and np.isfinite(values).all()
-    return values if is_whole else None
 
 
-def _count_head(lines: list[str]) -> int:
-    """Counts the lines above the first one with the most common number of cells."""
-    delimiter = _find_delimiter(next((line for line in reversed(lines) if line.strip()), ""))
-    counts = [len(line.split() if delimiter == " " else line.split(delimiter)) for line in lines]
-    return counts.index(max(set(counts), key=counts.count))
+def _explain(
+    path: Path, lines: Sequence[str], rows: Sequence[int], names: Sequence[str], delimiter: str
+) -> BadValueError:
+    """Builds the error about the first row that is not one number for each column."""
+    width = len(names)
+    usual = Counter(len(_split(lines[number], delimiter)) for number in rows).most_common(1)[0][0]
+    hint = "" if usual == width else " (skip_rows: N skips N rows above a table)"
+    for number in rows:
+        cells = _split(lines[number], delimiter)
+        if len(cells) != width:
+            problem = f"has {len(cells)} values, must have {width}, one per column{hint}"
+            return BadValueError(path, f"row {number + 1}", problem)
+        for name, cell in zip(names, cells, strict=True):
+            value = _read_number(cell)
+            if value is None or not np.isfinite(value):
+                problem = f"is {show_value(cell[:30])}, must be a finite number"
+                return BadValueError(path, f"row {number + 1}, column {name}", problem)
+    return BadValueError(path, "", f"is not a table of numbers separated by {delimiter!r}")
 
 
-def _refuse_torn(path: Path, torn: list[tuple[int, str, str]], max_torn: int, num_whole: int) -> BadValueError:
-    """Builds the error about incomplete rows: the first one too many, and the numbers of all."""
-    number, where, what = torn[max_torn]
-    if num_whole < len(torn):
-        advice = "skip_rows: N skips N rows above a table"
-    elif max_torn:
-        advice = f"drop_torn_rows: {max_torn} allows no more"
-    else:
-        advice = "drop_torn_rows: N leaves out up to N"
-    listed = ", ".join(str(each) for each, *_ in torn[:_LISTED])
-    more = f" and {len(torn) - _LISTED} more" if len(torn) > _LISTED else ""
-    every = f"; torn rows: {listed}{more}" if len(torn) > 1 else ""
-    return BadValueError(path, f"row {number}{where}", f"{what}{every} ({advice})")
-
-
-def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
-    """Splits a text into the cells of each row, at the most frequent delimiter of its first line.
+def read_arrays(path: Path) -> pd.DataFrame:
+    """Reads a .npz or .parquet file; the columns of a matrix become NAME_1, NAME_2 and so on.
 
     Raises:
-        BadValueError: A row is too long for any robot, or is not a row of a table.
+        BadValueError: The file is not a table of numbers, or unpacks to more than the largest size of a recording.
     """
-    delimiter = _find_delimiter(text.split("\n", 1)[0])
-    number, length = skipped + 1, 0
-
-    def feed() -> Iterator[str]:
-        nonlocal length
-        for line in StringIO(text):
-            length += len(line)  # a row may span several lines within quotation marks
-            if length > _LONGEST_ROW:
-                raise BadValueError(path, f"row {number}", f"is longer than {_LONGEST_ROW} characters")
-            yield line
-
+    bounded.check_size(path, bounded.RECORDING)
+    read = _read_npz if path.suffix == ".npz" else _read_parquet
     try:
-        for row in csv.reader(feed(), delimiter=delimiter):
-            cells = [cell.strip() for cell in row]
-            yield [cell for cell in cells if cell] if delimiter == " " else cells
-            number, length = number + 1, 0
-    except csv.Error as error:
-        raise BadValueError(path, f"row {number}", f"is not a row of a table: {error}") from error
-
-
-def read_netcdf(path: Path) -> RunTable:
-    """Reads variables along time; the columns of a matrix become NAME_1, NAME_2 and so on.
-
-    Raises:
-        BadValueError: The file cannot be read, has no time, or has variables of other lengths.
-    """
-    import xarray  # here, because it takes a third of a second
-
-    content = bounded.read_bytes(path, bounded.RECORDING)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # warnings about damaged files, which are rejected below
-            with xarray.open_dataset(BytesIO(content), engine="scipy", decode_cf=False) as dataset:
-                promised = sum(each.size for each in dataset.variables.values())
-                if promised > len(content):
-                    raise ValueError(f"its header declares {promised:.3g} numbers in {len(content)} bytes")
-                # Apply the file's scales and offsets.
-                decoded = {
-                    str(name): xarray.conventions.decode_cf_variable("x", each, decode_times=False).values
-                    for name, each in dataset.variables.items()
-                }
-                variables = {name: np.asarray(values, dtype=float) for name, values in decoded.items()}
-    except MemoryError:
+        arrays = read(path)
+    except BadValueError:
         raise
     except Exception as error:  # the libraries raise any exception on a damaged file
-        raise BadValueError(path, "", f"is not a netCDF 3 file of numbers: {error}") from error
-    if "time" not in variables:
-        raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
-    length = len(variables["time"])
-    for name, values in variables.items():
-        if values.ndim not in (1, 2) or len(values) != length:
-            problem = f"has shape {values.shape}, must have the {length} samples of time along its first dimension"
+        first = (str(error).splitlines() or [""])[0][:100]
+        raise BadValueError(path, "", f"is not a {path.suffix} file of numbers: {show_value(first)}") from error
+    check_names(path, "columns", tuple(arrays))
+    sampled = {name: values for name, values in arrays.items() if values.size > 1}  # not the sampling rate
+    lengths = Counter(len(values) for values in sampled.values())
+    if not lengths:
+        raise BadValueError(path, "", "has no array of numbers along time")
+    length = lengths.most_common(1)[0][0]
+    columns: dict[str, Array] = {}
+    for name, values in sampled.items():
+        if len(values) != length or values.ndim > 2:
+            problem = (
+                f"has shape {values.shape}, must have the {length} samples of the others along its first dimension"
+            )
             raise BadValueError(path, name, problem)
-    return RunTable.from_arrays(variables)
+        if values.ndim == 1:
+            columns[name] = values
+        else:
+            columns |= {f"{name}_{i + 1}": column for i, column in enumerate(values.T)}
+    return build_frame(columns)
 
 
-def _is_number(cell: str) -> bool:
+def build_frame(columns: Mapping[str, Array]) -> pd.DataFrame:
+    """Builds a table from columns, (N,) each."""
+    frame = pd.DataFrame(dict(columns), dtype=float)
+    frame.index += 1
+    return frame
+
+
+def is_lerobot(path: Path) -> bool:
+    """Returns whether a folder is a LeRobot data set."""
+    return (path / "meta" / "info.json").is_file()
+
+
+def read_lerobot(path: Path) -> pd.DataFrame:
+    """Reads the first episode of a LeRobot folder.
+
+    Raises:
+        BadValueError: The data set has no torque, current or force, or no valid episode.
+    """
+    files = sorted((path / "data").glob("*/*.parquet"))
+    if not files:
+        raise BadValueError(path, "data", "has no .parquet file")
+    frame = read_arrays(files[0]).rename(columns={"timestamp": "time"})
+    names = ", ".join(map(str, frame))
+    if not any(word in names.lower() for word in _EFFORTS):
+        problem = f"is a LeRobot data set with {names[:200]}: without torques, currents or forces a load"
+        raise BadValueError(path, "", f"{problem} cannot be identified; record joint efforts, as observation.effort")
+    if "episode_index" in frame:
+        frame = frame[frame["episode_index"] == frame["episode_index"].iloc[0]]
+    return frame
+
+
+def check_unpacked(path: Path, size: float) -> None:
+    """Checks the size of what a file unpacks to, [bytes].
+
+    Raises:
+        BadValueError: It is more than the largest size of a recording.
+    """
+    if size > bounded.RECORDING:
+        problem = f"unpacks to {size / 1e6:.3g} MB, must be at most {bounded.RECORDING / 1e6:g} MB"
+        raise BadValueError(path, "", problem)
+
+
+def _read_npz(path: Path) -> dict[str, Array]:
+    with zipfile.ZipFile(path) as archive:
+        check_unpacked(path, sum(each.file_size for each in archive.infolist()))
+    with np.load(path, allow_pickle=False) as arrays:
+        return {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
+
+
+def _read_parquet(path: Path) -> dict[str, Array]:
     try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _find_problem(row: list[str], width: int, names: tuple[str, ...]) -> tuple[str, str] | None:
-    """Returns the column and the problem of an invalid row; None for a valid one."""
-    if len(row) != width:
-        return "", f"has {len(row)} values, must have {width}, one per column"
-    for label, cell in zip(names or range(1, width + 1), row, strict=True):
-        if not _is_number(cell):
-            return f", column {label}", f"is {cell[:30]!r}, must be a number"
-        if math.isnan(float(cell)):
-            return f", column {label}", "is nan, must be a finite number"
-    return None
+        from pyarrow import parquet
+    except ImportError as error:
+        raise BadValueError(path, "", "needs pyarrow: install it with pip install '.[parquet]' in a clone") from error
+    file = parquet.ParquetFile(path)
+    groups = [file.metadata.row_group(i) for i in range(file.metadata.num_row_groups)]
+    check_unpacked(path, sum(8 * group.column(j).num_values for group in groups for j in range(group.num_columns)))
+    frame = file.read().to_pandas()
+    arrays: dict[str, Array] = {}
+    for name in frame:
+        lists = frame[name].dtype == object and not isinstance(frame[name].iloc[0], str)
+        if lists or pd.api.types.is_numeric_dtype(frame[name].dtype):  # not the name of the task
+            arrays[name] = np.asarray(np.stack(list(frame[name])) if lists else frame[name], dtype=float)
+    for name, values in arrays.items():
+        if not np.isfinite(values).all():
+            raise BadValueError(path, name, "lacks a value, must have one finite number per row")
+    return arrays

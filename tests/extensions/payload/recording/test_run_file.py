@@ -1,10 +1,11 @@
 """Recordings of every format, read from files as their programs write them."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray
+from helpers.held_postures import draw_postures, write_table
 from helpers.refusals import refuse
 from numpy.testing import assert_allclose
 from pydrake.math import RigidTransform, RollPitchYaw
@@ -17,6 +18,9 @@ _Q = 0.3 * np.column_stack([np.sin(_TIMES), np.cos(_TIMES)])
 _V = 0.3 * np.column_stack([np.cos(_TIMES), -np.sin(_TIMES)])
 _HEADER = "time,q_1,q_2,tau_1,tau_2"
 _TAU = np.column_stack([5.0 + _TIMES, -3.0 * _TIMES])
+_PARTS = "joints: [a, b]\nsignal: joint_torque\n"
+_HELD = draw_postures(6, np.random.default_rng(0))
+_FELT = np.random.default_rng(1).standard_normal((6, 6))
 
 
 def _write(folder: Path, header: str, columns: list[np.ndarray], yaml: str, name: str = "run.csv") -> Path:
@@ -74,17 +78,6 @@ def test_a_table_without_names_takes_those_of_the_description(tmp_path):
     assert run.v is None
 
 
-def test_netcdf_with_variables_of_one_and_of_two_dimensions(tmp_path):
-    path = tmp_path / "run.nc"
-    variables = {"q": (("time", "joint"), _Q), "tau_1": ("time", _TAU[:, 0]), "tau_2": ("time", _TAU[:, 1])}
-    xarray.Dataset(variables, coords={"time": _TIMES}).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
-    path.with_suffix(".yaml").write_text("joints: [a, b]\nsignal: motor_torque\n")
-    run = read_run(path)
-    assert run.description.kind is SignalKind.MOTOR_TORQUE
-    assert_allclose(run.q, _Q)
-    assert_allclose(run.signal, _TAU)
-
-
 def test_a_wrist_wrench_pushes_the_robot_or_the_object(tmp_path):
     header = "time,q_1,q_2,fx,fy,fz,tx,ty,tz"
     wrench = np.arange(6.0) * np.ones((_NUM, 1))
@@ -102,30 +95,10 @@ def test_what_a_controller_took_out_is_ten_parameters_at_the_tip(tmp_path):
     assert_allclose(description.compensated_payload[:7], [2.0, 0.0, 0.0, 0.2, 0.03, 0.04, 0.03])
 
 
-def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
-    path = _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], "")
-    lines = path.read_text().splitlines()
-    lines[10] = lines[10].rsplit(",", 2)[0]
-    lines[20] = lines[20].replace(",", ",x", 1)
-    path.write_text("\n".join(lines))
-    problem = "row 11: has 3 values, must have 5, one per column; torn rows: 11, 21 (drop_torn_rows: N"
-    assert problem in refuse(read_run, path)
-    described = path.with_suffix(".yaml")
-    described.write_text("joints: [a, b]\ndrop_torn_rows: 1\n")
-    said = refuse(read_run, path)
-    assert "row 21, column q_1: is 'x" in said
-    assert "', must be a number; torn rows: 11, 21 (drop_torn_rows: 1 allows no more" in said
-    described.write_text("joints: [a, b]\ndrop_torn_rows: 2\n")
-    run = read_run(path)
-    assert len(run.times) == _NUM - 2
-    assert run.notes == ("2 torn rows were left out",)
-    assert run.error_at(15, "q_1", "").key == "row 18, column q_1"
-
-
 def test_rows_above_a_table_are_skipped_if_asked(tmp_path):
     path = _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], "")
     path.write_text("robot 7, serial 12\nstarted at noon\n" + path.read_text())
-    assert "rows 1 to 2: precedes the table (skip_rows: 2 skips everything above it)" in refuse(read_run, path)
+    assert "row 2: has 3 values, must have 4, one per column (skip_rows: N skips N rows" in refuse(read_run, path)
     path.with_suffix(".yaml").write_text("joints: [a, b]\nskip_rows: 2\n")
     run = read_run(path)
     assert_allclose(run.q, _Q)
@@ -230,7 +203,7 @@ def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp
         ("columns: {tork: x}", "columns: is 'tork', must be one of time, q, v"),
         ("columns: {q: [1, 2]}", "columns.q: is [1, 2], must be a name"),
         ("columns: frankalib", "columns: is 'frankalib', must be a list of names, a mapping, or standard"),
-        ("drop_torn_rows: 2.5", "drop_torn_rows: is 2.5, must be a whole number"),
+        ("skip_rows: 2.5", "skip_rows: is 2.5, must be a whole number"),
         ("compensates: legs", "compensates: is 'legs', must be nothing or arm"),
         ("force_on: [robot]", "force_on: is ['robot'], must be object or robot"),
         ("object_pose: {rpy_deg: [0, 0, 1]}", "object_pose.position: is missing"),
@@ -271,3 +244,110 @@ def test_joints_of_a_table_must_be_listed(tmp_path):
     path = _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], "")
     path.with_suffix(".yaml").write_text("signal: joint_torque\n")
     assert "run.yaml: joints: is missing: must list the joints in the order of the columns" in refuse(read_run, path)
+
+
+@pytest.fixture
+def parts(tmp_path):
+    """Writes a run as a whole and in three parts, with descriptions of both; returns the folder."""
+    times = np.arange(60) * 0.01
+    rows = np.column_stack([times, np.sin(times), np.cos(times), 5.0 + times, -times])
+
+    def write(name, rows):
+        np.savetxt(tmp_path / name, rows, delimiter=",", header=_HEADER, comments="")
+
+    write("whole.csv", rows)
+    for number, part in enumerate(np.split(rows, [25, 40])):
+        write(f"part_{number}.csv", part)
+    (tmp_path / "whole.yaml").write_text(_PARTS)
+    (tmp_path / "split.yaml").write_text(_PARTS + "files: [part_0.csv, part_1.csv, part_2.csv]\n")
+    return tmp_path
+
+
+def test_parts_are_the_recording_that_was_split(parts):
+    whole, split = read_run(parts / "whole.csv"), read_run(parts / "split.yaml")
+    for name in ("times", "q", "signal"):
+        np.testing.assert_array_equal(getattr(split, name), getattr(whole, name))
+    assert split.source == str(parts / "split.yaml")
+    assert split.rows.tolist() == [*range(2, 27), *range(28, 43), *range(44, 64)]
+
+
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        (
+            "[part_1.csv, part_0.csv]",
+            "time: begins at 0.000000, must be later than the end of part_1.csv",
+        ),
+        ("[part_0.csv, part_0.csv]", "time: begins at 0.000000, must be later than the end of part_0.csv"),
+        ("[part_0.csv, other.csv]", "other.csv: columns: differ from those of part_0.csv: are current_1, current_2"),
+        ("[part_0.csv, bare.csv]", "bare.csv: columns: differ from those of part_0.csv"),
+        ("[part_0.csv, part_3.csv]", "split.yaml: files[1]: is 'part_3.csv', must be the name of a file in the"),
+        ("[../part_0.csv]", "files[0]: is '../part_0.csv', must be the name of a file in the same folder"),
+        ("[]", "split.yaml: files: must list the parts of a recording if split.yaml is given as the run"),
+        ("[part_0.csv, gap.csv]", "split.yaml: row 28, column time: jumps by"),
+        ("part_0.csv", "files"),
+    ],
+)
+def test_files_that_are_no_parts_of_one_recording_are_refused(parts, files, said):
+    (parts / "split.yaml").write_text(_PARTS + f"files: {files}\n")
+    whole = (parts / "part_1.csv").read_text()
+    (parts / "other.csv").write_text(whole.replace("tau", "current"))
+    (parts / "bare.csv").write_text(whole.partition("\n")[2])
+    (parts / "gap.csv").write_text((parts / "part_2.csv").read_text().replace("e-01,", "e+01,"))
+    assert said in refuse(read_run, parts / "split.yaml")
+
+
+def test_a_description_of_parts_is_no_description_of_another_table(parts):
+    said = refuse(read_run, parts / "whole.csv", parts / "split.yaml")
+    assert "split.yaml: files: must list the parts of a recording if split.yaml is given as the run, and only" in said
+
+
+def test_rows_of_a_stay_are_averaged_and_passages_are_left_out(tmp_path):
+    passages = [np.linspace(_HELD[i], _HELD[i + 1], 10)[1:-1] for i in range(3)]
+    stays = [np.repeat(_HELD[i : i + 1], length, axis=0) for i, length in enumerate((50, 30, 9, 5))]
+    q = np.concatenate([stays[0], passages[0], stays[1], passages[1][:4], stays[2], passages[2][:4], stays[3]])
+    signal = np.tile(np.arange(len(q), dtype=float)[:, None], 6)
+    path = write_table(tmp_path / "run.csv", q, signal, is_wrench=True, more="postures: true\n")
+    run = read_run(path)
+    assert run.signal[:, 0].tolist() == pytest.approx([24.5, 72.5, 96.0, 107.0])
+    assert run.rows is not None
+    assert run.rows.tolist() == [2, 60, 94, 107]
+    assert run.notes == ("110 rows show 4 postures, 16 rows in motion are left out",)
+
+
+@pytest.mark.parametrize("is_wrench", [False, True])
+def test_a_table_of_postures_needs_no_time(tmp_path, is_wrench):
+    run = read_run(write_table(tmp_path / "run.csv", _HELD, _FELT, is_wrench=is_wrench))
+    assert run.description.postures
+    assert run.q == pytest.approx(_HELD, abs=1e-6)
+    assert run.signal == pytest.approx(_FELT, abs=1e-6)
+    assert "6 postures" in repr(run)
+
+
+def test_a_recording_of_stays_is_read_as_postures_if_it_says_so(tmp_path):
+    q, signal = np.repeat(_HELD, 40, axis=0), np.repeat(_FELT, 40, axis=0)
+    time = 0.02 * np.arange(len(q))
+    path = write_table(tmp_path / "run.csv", q, signal, is_wrench=True, time=time, more="postures: true\n")
+    run = read_run(path)
+    assert len(run.q) == 6
+    assert run.rows is not None
+    assert run.rows.tolist() == [2 + 40 * i for i in range(6)]
+    assert run.notes == ("240 rows show 6 postures",)
+
+
+@pytest.mark.parametrize(
+    ("q", "more", "said"),
+    [
+        (
+            np.linspace(_HELD[0], _HELD[1], 60),
+            "",
+            "column time: is missing: .*needs none if the description has 'postures: true'",
+        ),
+        (_HELD, "postures: false\n", "column time: is missing"),
+        (_HELD[:3], "postures: true\n", "has 3 postures, must have at least 4"),
+    ],
+)
+def test_a_table_without_time_that_holds_no_postures_is_refused(tmp_path, q, more, said):
+    signal = np.resize(_FELT, (len(q), 6))
+    path = write_table(tmp_path / "run.csv", q, signal, is_wrench=True, more=more)
+    assert re.search(said, refuse(read_run, path))

@@ -1,15 +1,22 @@
-"""Tables of recordings by strangers are read or refused in one line, whatever their content."""
+"""Tables of recordings are read as they were written, or refused in one line that names row and column."""
 
-import contextlib
+import json
+import zipfile
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from helpers.refusals import refuse
-from scipy.io import netcdf_file
 
-from affordance.exceptions import BadValueError
-from affordance.extensions.payload.recording.run_table import read_netcdf, read_text
+from affordance.extensions.payload.recording.run_file import read_run
+from affordance.extensions.payload.recording.run_table import read_arrays, read_lerobot, read_text
 from affordance.files import bounded
+
+_TIMES = 0.01 * np.arange(200)
+_Q = np.sin(_TIMES)[:, None] + [0.0, 1.0]
+_TAU = np.cos(_TIMES)[:, None] * [1.0, 2.0]
+_DESCRIPTION = "joints: [a, b]\nsignal: joint_torque\n"
 
 
 @pytest.fixture
@@ -24,28 +31,32 @@ def write(tmp_path):
 
 def test_rows_numbers_and_names_are_as_in_the_file(write):
     table = read_text(write('\ufefftime;"q 1"\r\n0;1.5\r\n\r\n0.1;2e-3\r\n'))
-    assert table.names == ("time", "q 1")
-    np.testing.assert_array_equal(table.values, [[0.0, 1.5], [0.1, 2e-3]])
-    assert table.rows.tolist() == [2, 4]
+    assert list(table.columns) == ["time", "q 1"]
+    np.testing.assert_array_equal(table, [[0.0, 1.5], [0.1, 2e-3]])
+    assert table.index.tolist() == [2, 4]
     table = read_text(write("0  1\n0.1   2\n"))
-    assert (table.names, table.rows.tolist()) == ((), [1, 2])
-    assert read_text(write("time,q\n")).values.shape == (0, 2)
+    assert (list(table.columns), table.index.tolist()) == (["", ""], [1, 2])
+    assert read_text(write("time,q\n")).shape == (0, 2)
+
+
+def test_numbers_are_read_to_the_last_digit(write, rng):
+    values = rng.standard_normal((1000, 2)) * 10.0 ** rng.integers(-8, 8, (1000, 2))
+    text = "\n".join(",".join(map(repr, row)) for row in values.tolist())
+    np.testing.assert_array_equal(read_text(write(text)), values)
 
 
 @pytest.mark.parametrize(
     ("content", "problem"),
     [
-        ("time,q\n" + "1," * 60_000, "row 2: is longer than 100000 characters"),
-        ('time,q\n"' + "x" * 140_000, "row 2: is longer than 100000 characters"),
-        ('time,q\n0,1\n"' + "1\n" * 60_000, "row 3: is longer than 100000 characters"),
-        ("time,q\n0,\0\n", "row 2, column q: is '\\x00', must be a number"),
         ("", "is empty"),
         ("\n\n", "is empty"),
         (b"\x80\x81", "is not a text file in UTF-8"),
-        ("time,q\n" + "1" * 5000 + ",x\n", "row 2, column q: is 'x', must be a number"),
+        ("time,q\n" + "1" * 50 + ",x\n", "row 2, column q: is 'x', must be a finite number"),
         ("time,q\n0,abcdefghijklmnopqrstuvwxyzabcdefghij\n", "is 'abcdefghijklmnopqrstuvwxyzabcd', must be"),
-        ("time,q\n0,1\n0.1,nan\n", "row 3, column q: is nan, must be a finite number"),
+        ("time,q\n0,1\n0.1,nan\n", "row 3, column q: is 'nan', must be a finite number"),
         ("time,q\n0,1\n0.1,2,3\n", "row 3: has 3 values, must have 2"),
+        ("time,q\n0,1\n0.1\n", "row 3: has 1 values, must have 2, one per column"),
+        ("robot 7\ntime,q,tau\n0,1,2\n", "row 2: has 1 values, must have 2, one per column (skip_rows: N skips"),
     ],
 )
 def test_text_that_is_no_table_is_one_line(write, content, problem):
@@ -56,52 +67,90 @@ def test_text_that_is_no_table_is_one_line(write, content, problem):
 
 def test_recordings_are_bounded_in_size(write, monkeypatch):
     monkeypatch.setattr(bounded, "RECORDING", 1000)
-    for read in (read_text, read_netcdf):
-        assert "has 0.002 MB, must have at most 0.001 MB" in refuse(read, write("1,2\n" * 500))
+    assert "has 0.002 MB, must have at most 0.001 MB" in refuse(read_text, write("1,2\n" * 500))
 
 
-def make_netcdf(path, length=5):
-    with netcdf_file(path, "w") as file:
-        file.createDimension("time", length)
-        for name in ("time", "q_1"):
-            file.createVariable(name, "d", ("time",))[:] = np.arange(length, dtype=float)
-    return path.read_bytes()
+def _write_arrays(folder, suffix):
+    path = folder / f"run{suffix}"
+    tables = {"time": _TIMES, "q": _Q, "tau": _TAU}
+    if suffix == ".npz":
+        np.savez(path, **tables, rate=100.0)
+    else:
+        lists = {name: list(values) if values.ndim == 2 else values for name, values in tables.items()}
+        pq.write_table(pa.table({**lists, "task": ["lift"] * len(_TIMES)}), path)
+    path.with_suffix(".yaml").write_text(_DESCRIPTION)
+    return path
 
 
-def test_netcdf_whose_head_promises_more_than_it_holds_is_one_line(tmp_path, write):
-    good = make_netcdf(tmp_path / "good.nc")
-    assert set(read_netcdf(tmp_path / "good.nc").names) == {"time", "q_1"}
-    promise = good.replace(b"time\x00\x00\x00\x05", b"time\x7f\xff\xff\xff")
-    assert promise != good
-    assert "is not a netCDF 3 file of numbers: " in refuse(read_netcdf, write(promise, "huge.nc"))
+@pytest.mark.parametrize("suffix", [".npz", ".parquet"])
+def test_a_run_is_read_as_it_was_written(tmp_path, suffix):
+    run = read_run(_write_arrays(tmp_path, suffix))
+    for values, expected in ((run.times, _TIMES), (run.q, _Q), (run.signal, _TAU)):
+        np.testing.assert_array_equal(values, expected)
 
 
-def test_netcdf_whose_variables_share_their_numbers_is_one_line(tmp_path, write):
-    """A netCDF file whose variables share one block of numbers, and would take 100 times its memory, is refused."""
-    good = make_netcdf(tmp_path / "good.nc", 50)
-    with netcdf_file(tmp_path / "many.nc", "w") as file:
-        file.createDimension("time", 50)
-        for number in range(100):
-            file.createVariable(f"q{number:03}", "d", ("time",))
-    head = (tmp_path / "many.nc").read_bytes()[: -100 * 400]
-    assert len(head) + len(good) < 100 * 50 * 8
-    assert "shared.nc" in refuse(read_netcdf, write(head + good, "shared.nc"))
+def test_columns_have_the_log_s_own_names_counted_from_0(tmp_path):
+    path = tmp_path / "run.npz"
+    columns = {f"pos_{i}": _Q[:, i] for i in range(2)} | {f"eff_{i}": _TAU[:, i] for i in range(2)}
+    np.savez(path, stamp=_TIMES, **columns)
+    own = 'columns: {time: stamp, q: "pos_{}", tau: "eff_{}"}\n'
+    path.with_suffix(".yaml").write_text(_DESCRIPTION + own)
+    np.testing.assert_array_equal(read_run(path).q, _Q)
 
 
-@pytest.mark.parametrize("place", range(0, 190, 7))
-def test_damaged_netcdf_is_read_or_refused(tmp_path, write, place):
-    good = bytearray(make_netcdf(tmp_path / "good.nc"))
-    for value in (0, 0x7F, 0xFF):
-        good[place] = value
-        with contextlib.suppress(BadValueError):
-            read_netcdf(write(bytes(good), "bad.nc"))
+def _write_hostile(folder, kind):
+    path = folder / f"hostile{kind.partition(' ')[0]}"
+    if kind == ".npz object":
+        np.savez(path, q=np.array([{"a": 1}], dtype=object))
+    elif kind == ".npz bomb":
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("q.npy", b"\0" * 2_000_000)
+    elif kind == ".npz lengths":
+        np.savez(path, time=_TIMES, tau=_TIMES, q=_TIMES[1:])
+    elif kind == ".parquet bomb":
+        pq.write_table(pa.table({"q": np.zeros(10**5), "tau": [[0.0, 0.0]] * 10**5}), path)
+    elif kind == ".parquet text":
+        pq.write_table(pa.table({"task": ["a"]}), path)
+    elif kind == ".parquet missing":
+        pq.write_table(pa.table({"q": [1.0, None]}), path)
+    else:
+        path.write_bytes(b"no such file \x1b[31m")
+    return path
 
 
-def test_variables_without_a_sample_for_each_time_are_named(tmp_path):
-    path = tmp_path / "run.nc"
-    with netcdf_file(path, "w") as content:
-        content.createDimension("time", 3)
-        content.createDimension("joint", 2)
-        content.createVariable("time", "d", ("time",))[:] = np.arange(3.0)
-        content.createVariable("q", "d", ("joint", "time"))[:] = np.zeros((2, 3))
-    assert r"q: has shape (2, 3), must have the 3 samples of time" in refuse(read_netcdf, path)
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        (".npz object", "is not a .npz file of numbers"),
+        (".npz bomb", "unpacks to 2 MB, must be at most 1 MB"),
+        (".npz lengths", "q: has shape (199,), must have the 200 samples of the others"),
+        (".npz noise", "is not a .npz file of numbers"),
+        (".parquet bomb", "unpacks to 2.4 MB, must be at most 1 MB"),
+        (".parquet text", "has no array of numbers along time"),
+        (".parquet missing", "q: lacks a value"),
+        (".parquet noise", "is not a .parquet file of numbers"),
+    ],
+)
+def test_files_that_are_no_table_are_refused_in_one_line(tmp_path, kind, says, monkeypatch):
+    monkeypatch.setattr(bounded, "RECORDING", 1_000_000)
+    said = refuse(read_arrays, _write_hostile(tmp_path, kind))
+    assert says in said
+    assert said.isprintable()
+
+
+def _write_lerobot(folder, names):
+    (folder / "meta").mkdir(parents=True)
+    (folder / "data" / "chunk-000").mkdir(parents=True)
+    (folder / "meta" / "info.json").write_text(json.dumps({"features": {name: {} for name in names}}))
+    columns = {name: list(_TAU) for name in names}
+    columns |= {"timestamp": np.tile(_TIMES[:100], 2), "episode_index": np.repeat([0, 1], 100)}
+    pq.write_table(pa.table(columns), folder / "data" / "chunk-000" / "episode_000000.parquet")
+    return folder
+
+
+def test_a_lerobot_folder_is_refused_without_torque_and_its_first_episode_read_with_it(tmp_path):
+    without = _write_lerobot(tmp_path / "a", ["observation.state", "action"])
+    assert "without torques, currents or forces a load" in refuse(read_lerobot, without)
+    table = read_lerobot(_write_lerobot(tmp_path / "b", ["observation.state", "observation.effort"]))
+    assert len(table) == 100
+    assert {"time", "observation.state_1", "observation.effort_2"} <= set(table.columns)
