@@ -42,7 +42,7 @@ _FORMATS = {
     "tasks/carry.yaml, or another file of `kind: carry`": "affordance.choice.carry.CarryEntry",
     "tasks/hold.yaml, or another file of `kind: hold`": "affordance.choice.carry.KeepEntry",
     "RUN.yaml, which describes the recording RUN.csv": "affordance.extensions.payload.recording.run_entry.RunEntry",
-    "The payload on a controller, of `--claimed`": "affordance.extensions.payload.payload_formats.PayloadEntry",
+    "The payload on a controller, of `--claimed`": "affordance.extensions.payload.payload_setting.PayloadEntry",
     "gains.yaml, of `identify` and `--gains`": "affordance.extensions.payload.evidence.gains._GainsEntry",
     "faults.yaml, an entry, of `--fault`": "affordance.proprioception.faults._FaultsEntry",
 }

@@ -48,7 +48,7 @@ def fill_in_recording(arguments: argparse.Namespace, flange: str) -> None:
         arguments: Parsed arguments, which are changed.
         flange: Frame of the arm that counts as a controller's flange, unless the user names another.
     """
-    names = ("loaded", "empty", "object", "description", "tip", "base")
+    names = ("loaded", "empty", "object", "description", "tip")
     check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in names})
     arguments.flange = arguments.flange or flange
     words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]

@@ -27,7 +27,6 @@ from affordance.extensions.payload.excitation.planned_motion import (
 )
 from affordance.extensions.payload.recording.preparation import PreparedRun
 from affordance.extensions.payload.settings import SignalKind
-from affordance.extensions.robots.joint_limits import limit_joints
 from affordance.files.atomic import write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
@@ -38,13 +37,12 @@ from affordance.reporting.formatting import break_line
 from affordance.robot import Robot
 from affordance.settings import Settings
 
-SIGNALS = ("joint_torque", "motor_torque")
-_NEAR_FLOOR = 1.2
+# Mass error that does not average out over time, [kg], and factor within which the SD of a mass is near it.
+_FLOOR, _NEAR_FLOOR = 0.01, 1.2
 # Bounds of options, with their units.
 _BOUNDS = {
     "seconds": (1.0, 120.0, "s"),
     "mass": (0.02, 100.0, "kg"),
-    "floor": (0.0, 1e4, "g"),
     "acceleration": (0.05, 100.0, "rad/s^2"),
     "tip-speed": (0.01, 20.0, "m/s"),
     "reach": (0.05, np.pi, "rad"),
@@ -58,8 +56,6 @@ _SECOND = 1_000_000_000  # [ns]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "model folder written by import-arm, or a robot's file with --tip (default: the paper's arm)"
-    add("place", nargs="?", type=Path, metavar="robot", help=what)
     what = "what to identify: mass, com or inertia, or a task of the robot, for the cost of that task (default mass)"
     add("--for", dest="aim", default="mass", metavar="AIM", help=what)
     add("--seconds", type=float, default=8.0, metavar="S", help="duration of the motion (default 8)")
@@ -68,14 +64,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "tools file, if --for names a task"
     add("--tools", type=Path, default=MODELS / "workshop" / "tools.yaml", metavar="FILE", help=what)
     add("--only", metavar="NAME", help="tool that will be held (default: the first)")
-    add("--signal", choices=SIGNALS, default=SIGNALS[0], help="signal that will be recorded (default joint_torque)")
     add(
         "--gains", type=Path, metavar="FILE", help="gains.yaml written by identify, with gains and errors of this arm"
     )
-    add("--floor", type=float, default=10.0, metavar="G", help="mass error that does not average out, g (default 10)")
     what = "acceleration limit: one for all joints, or one per joint, rad/s^2 (default: the robot's file, else 3)"
     add("--acceleration", type=float, nargs="+", default=[], metavar="A", help=what)
-    add("--joint-limits", type=Path, metavar="FILE", help="joint_limits.yaml of MoveIt")
     add("--tip-speed", type=float, default=1.0, metavar="V", help="speed limit of the tip, m/s (default 1)")
     what = "largest distance of each joint from home (default 3.14)"
     add("--reach", type=float, default=3.14, metavar="RAD", help=what)
@@ -89,17 +82,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Designs the motion, prints the predicted precision, and writes the motion."""
     _check(arguments)
-    if arguments.place is not None:
-        if arguments.robot is not None:
-            raise BadValueError("--robot", "", "is given twice, must be given once: as an option or as an argument")
-        arguments.robot = arguments.place
     robot = options.open_robot(arguments)
     given, num = np.array(arguments.acceleration), len(robot.joint_names)
     if len(given) not in (0, 1, num):
         raise BadValueError(
             "--acceleration", "", f"has {len(given)} numbers, must have 1, or one for each of {num} joints"
         )
-    chain = robot.chain if arguments.joint_limits is None else limit_joints(robot.chain, arguments.joint_limits)
+    chain = robot.chain
     acceleration = _limit_acceleration(chain, given)
     expectation, aim = _expect(arguments, robot), _find_aim(arguments)
     limits = MotionLimits.around(
@@ -124,7 +113,7 @@ def run(arguments: argparse.Namespace) -> int:
         "for": arguments.aim,
         "predicted_sd": {"mass_g": 1e3 * spread.mass, "com_mm": 1e3 * spread.com, "inertia_kg_m2": spread.inertia},
         "typical_over_this": design.typical / design.score,
-        "floor_g": arguments.floor,
+        "floor_g": 1e3 * _FLOOR,
         "seconds": seconds,
         "postures": postures,
         "acceleration_limits": dict(zip(robot.joint_names, acceleration.tolist(), strict=True)),
@@ -213,15 +202,15 @@ def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
     Raises:
         BadValueError: If the aim is unknown, or a joint has no effort limit and no gains file gives its error.
     """
-    chain, kind = robot.chain, SignalKind(arguments.signal)
-    gains, density = find_errors(chain.joint_names, robot.limits.tau_max, kind, arguments.gains)
+    chain = robot.chain
+    gains, density = find_errors(chain.joint_names, robot.limits.tau_max, SignalKind.JOINT_TORQUE, arguments.gains)
     known = np.isfinite(density) & (density > 0.0)
     if not known.all():
         name = chain.joint_names[int(np.argmin(known))]
         raise BadValueError(
             robot.directives, name, "has no effort limit, must have one, or its errors must be given with --gains"
         )
-    load = Expectation.of_load(chain, gains, density, mass=arguments.mass, floor=1e-3 * arguments.floor)
+    load = Expectation.of_load(chain, gains, density, mass=arguments.mass, floor=_FLOOR)
     if _find_aim(arguments) is not Aim.COST:
         return load
     if arguments.aim not in robot.tasks:
@@ -260,9 +249,9 @@ def _describe(
     )
     yield (
         f"The median of random motions within the same limits has an SD {design.typical / design.score:.1f} times as "
-        f"large; a mass error of {arguments.floor:g} g remains however long the motion is (--floor)"
+        f"large; a mass error of {1e3 * _FLOOR:g} g remains however long the motion is"
     )
-    if spread.mass <= _NEAR_FLOOR * 1e-3 * arguments.floor:
+    if spread.mass <= _NEAR_FLOOR * _FLOOR:
         yield f"The SD of the mass is within a factor of {_NEAR_FLOOR:g} of that error: longer motions help little"
     angles = zip(robot.joint_names, design.motion.q[0], strict=True)
     yield f"Start at rest at {', '.join(f'{name} {angle:.3f}' for name, angle in angles)} rad"

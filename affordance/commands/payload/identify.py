@@ -1,7 +1,7 @@
 """``affordance identify``: identifies a robot's payload from recordings."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,17 +24,14 @@ from affordance.extensions.payload.evidence.gains import read_gains, write_gains
 from affordance.extensions.payload.identified_trial import build_identified_trial, teach
 from affordance.extensions.payload.identify import Runs, check_reference_mass, identify, see_tool
 from affordance.extensions.payload.payload_claim import Claim, judge_claim
-from affordance.extensions.payload.payload_formats import read_payload
-from affordance.extensions.payload.payload_lines import format_payload
+from affordance.extensions.payload.payload_setting import format_payload, read_payload
 from affordance.extensions.payload.payload_text import describe_payload
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.run import Run
-from affordance.extensions.payload.recording.run_entry import ObjectPoseEntry
 from affordance.extensions.payload.recording.run_file import read_run
 from affordance.extensions.payload.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings, SignalKind
 from affordance.extensions.robots.flange import Flange, find_flange, find_imported_tip
-from affordance.extensions.robots.joint_limits import limit_joints
 from affordance.extensions.robots.recorded_arm import load_robot
 from affordance.files.atomic import write_atomic
 from affordance.files.model_folder import MODELS
@@ -44,9 +41,6 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm import name_robot
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
-
-# Sources of uncertainty that can be switched off; the settings have the same names.
-NUISANCES = ("gains", "load-friction", "friction", "tare", "floor", "correlated-noise")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,8 +54,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     robot("--tip", help=what)
     what = "frame of the controller's flange, for --claimed and lines to paste (default: the tip in the robot's file)"
     robot("--flange", metavar="NAME", help=what)
-    what = "link in whose frame gravity is given (default: the run's description, else the root of the joints)"
-    robot("--base", help=what)
     add("--loaded", type=Path, metavar="RUN", help="recording with the load (required, unless --demo)")
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
     what = "YAML file that describes all runs (default: for RUN.csv the file RUN.yaml in its folder)"
@@ -70,8 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "tools file with the object as a camera saw it; the first tool, unless --object-name names another"
     add("--object", type=Path, help=what)
     add("--object-name", help="name of the tool in that file")
-    what = "pose of the object in the tip's frame, m and degrees (default: that of the run's description)"
-    add("--object-pose", type=float, nargs=6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"), help=what)
     what = "relative standard deviation of the sizes of the object's parts (default 0.2)"
     add("--size-error", type=float, default=0.2, metavar="SD", help=what)
     what = "relative standard deviation of the mass that the camera does not see (default 0.2; 0.02 for solid stock)"
@@ -81,24 +71,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "lasting memory of materials (SQLite file), which learns from this run; it is created if it does not exist"
     add("--memory", metavar="MEMORY", help=what)
     add_same_colours(parser)
-    what = "memory that learns in place of --memory, starting from what --memory knows"
-    add("--learned", metavar="MEMORY", help=what)
     what = "mass of the load on a scale, used to calibrate the gains of motor currents"
     add("--reference-mass", type=float, metavar="KG", help=what)
     add("--gains", type=Path, help="known gains (gains.yaml, written by a run with --reference-mass)")
-    what = "file with the payload that is set on the controller, or several candidates to compare"
+    what = "YAML files, each with a payload that is set on the controller, to compare"
     add("--claimed", type=Path, nargs="+", default=[], metavar="FILE", help=what)
-    what = "relative tolerance for the claimed mass and centre of mass (default 0.05)"
-    add("--tolerance", type=float, default=0.05, help=what)
     add("--anyway", action="store_true", help="write, learn and print lines even if the result is not to be trusted")
-    what = "joint_limits.yaml of MoveIt: advice for further motion respects its acceleration limits"
-    add("--joint-limits", type=Path, metavar="FILE", help=what)
-    what = f"sources of uncertainty to leave out, to see their effect: {', '.join(NUISANCES)}"
-    add("--off", nargs="+", default=[], choices=NUISANCES, metavar="SOURCE", help=what)
     what = "leave out samples of a joint while it is slower than this, rad/s (default 0.03)"
     add("--min-speed", type=float, help=what)
-    what = "correct sign, gravity, frame and lag if the arm's own weight shows they are wrong, and report it"
-    add("--as-found", action="store_true", help=what)
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording from the package")
     options.add_answer(parser, "belief.json, samples.npz, gains.yaml and figures")
@@ -119,8 +99,6 @@ def run(arguments: argparse.Namespace) -> int:
     prior = options.read_prior(arguments, "a seen object")
     loaded = read_run(arguments.loaded, arguments.description)
     empty = tuple(read_run(path, arguments.description) for path in arguments.empty)
-    if arguments.object_pose is not None:
-        loaded = _place_object(loaded, arguments.object_pose)
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     claimed = {str(path): read_payload(path) for path in arguments.claimed}
@@ -130,11 +108,8 @@ def run(arguments: argparse.Namespace) -> int:
     materials = load_materials(arguments.materials or _find_materials(robot))
     same_colours = read_same_colours(arguments, materials)
     memory = _recall(arguments.memory, prior, same_colours)
-    for option in ("object_pose", "object_name"):
-        if arguments.object is None and getattr(arguments, option) is not None:
-            raise BadValueError(
-                f"--{option.replace('_', '-')}", "", "describes a seen object, must be given with --object"
-            )
+    if arguments.object is None and arguments.object_name is not None:
+        raise BadValueError("--object-name", "", "describes a seen object, must be given with --object")
     tool = None if arguments.object is None else _load_tool(arguments, materials)
     seen = None if tool is None else see_tool(tool, memory, prior, arguments.size_error)
     mass = arguments.reference_mass
@@ -148,16 +123,15 @@ def run(arguments: argparse.Namespace) -> int:
         reference_mass=mass,
         seen=seen,
         deviation=prior.deviation,
-        as_found=arguments.as_found,
         settings=settings,
     )
     if past := _find_past_arms(arguments, robot):
         belief = replace(belief, notes=(*belief.notes, past))
     lesson = ""
-    if tool is not None and seen is not None and (arguments.learned or arguments.memory):
+    if tool is not None and seen is not None and arguments.memory:
         belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
-    elif place := arguments.learned or arguments.memory:
-        lesson = f"{place} learns nothing: no object seen by a camera was given (--object)"
+    elif arguments.memory:
+        lesson = f"{arguments.memory} learns nothing: no object seen by a camera was given (--object)"
     is_used = belief.is_trusted or arguments.anyway
     content = belief.to_dict()
     content["flange"] = None if isinstance(flange, str) else flange.name
@@ -166,10 +140,11 @@ def run(arguments: argparse.Namespace) -> int:
     claims: list[Claim] = []
     if not isinstance(flange, str):
         for file, setting in claimed.items():
-            claims.append(Claim(file, setting, judge_claim(belief, setting, arguments.tolerance, flange.X_FT)))
-        found = [each.to_dict() | {"trusted": belief.is_trusted, "frame": flange.name} for each in claims]
-        if found:
-            content |= {"claimed": found[0]} if len(found) == 1 else {"claims": found}
+            claims.append(Claim(file, setting, judge_claim(belief, setting, X_FT=flange.X_FT)))
+        if claims:
+            content["claims"] = [
+                each.to_dict() | {"trusted": belief.is_trusted, "frame": flange.name} for each in claims
+            ]
     colours = {each.name: each.colour for each in materials.values()} if seen else {}
     text = describe_payload(
         belief, claims, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=find_width()
@@ -193,13 +168,11 @@ def _run_demo(arguments: argparse.Namespace) -> int:
 def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
     """Writes figures, samples and, if the result is used, the gains calibrated with a weighed load."""
     # Imported here: these imports take most of a second, and runs without --out do not need them.
-    from affordance.extensions.payload.payload_figures import draw_fit, draw_posteriors, draw_whiteness
+    from affordance.extensions.payload.payload_figures import draw_fit, draw_posteriors
     from affordance.reporting.figures import save_figure
 
     save_figure(draw_fit(belief.fit), folder, "fit")
     save_figure(draw_posteriors(belief), folder, "posteriors")
-    if not belief.fit.evidence.is_at_rest:  # separate postures have no time series to autocorrelate
-        save_figure(draw_whiteness(belief.fit), folder, "whiteness")
     if belief.calibration is not None and is_used:
         write_gains(folder / "gains.yaml", belief.calibration)
     samples = {"parameters": belief.bodies.pi, "weight": belief.bodies.weights}
@@ -230,37 +203,23 @@ def _teach(
     same_colours: SameColours,
 ) -> tuple[PayloadBelief, str]:
     """Adds the run to the memory; returns the belief with that memory, and a sentence about what was learned."""
-    place = arguments.learned or arguments.memory
+    place = arguments.memory
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
         return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
-    known = arguments.memory if arguments.learned and arguments.memory else ""
-    memory, is_new = teach(place, trial, prior, known=known, same_colours=same_colours)
+    memory, is_new = teach(place, trial, prior, same_colours=same_colours)
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
     learned = "has learned them" if is_new else "learns nothing: it already contains this run"
     return belief, f"{place} {learned}"
 
 
 def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
-    """Describes how many trials of the memories come from another version of the arm; empty for none."""
+    """Describes how many trials of the memory come from another version of the arm; empty for none."""
+    if not arguments.memory:
+        return ""
     name = name_robot(Path(robot.source), robot.tip)
-    places = [place for place in (arguments.memory, arguments.learned) if place]
-    number = max((count_past_arms(place, name, lambda: robot.fingerprint) for place in places), default=0)
-    return describe_past_arms(name, number)
-
-
-def _place_object(run: Run, values: Sequence[float]) -> Run:
-    """Adds the pose of the seen object to a run.
-
-    The values are its position, [m], and its roll, pitch and yaw, [deg], in the tip's frame.
-    """
-    for name, value in zip(("X", "Y", "Z", "ROLL", "PITCH", "YAW"), values, strict=True):
-        bound = 2.0 if len(name) == 1 else 360.0
-        check_number(f"--object-pose {name}", value, -bound, bound)
-    x, y, z, roll, pitch, yaw = values
-    entry = ObjectPoseEntry.model_validate({"position": [x, y, z], "rpy_deg": [roll, pitch, yaw]})
-    return replace(run, description=replace(run.description, object_pose=entry.build()))
+    return describe_past_arms(name, count_past_arms(arguments.memory, name, lambda: robot.fingerprint))
 
 
 def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
@@ -273,8 +232,7 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
     if arguments.min_speed is not None:
         check_number("--min-speed", arguments.min_speed, MIN_SPEED.low, MIN_SPEED.high, "rad/s")
         settings = replace(settings, min_speed=arguments.min_speed)
-    off = {name.replace("-", "_"): False for name in arguments.off}
-    return replace(settings, **off)  # type: ignore[arg-type]
+    return settings
 
 
 def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
@@ -295,24 +253,19 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
     if not tip:
         raise BadValueError("--tip", "", "is missing, must be given here or in the run's description")
     try:
-        found = load_robot(robot, tip, arguments.base or loaded.description.base or None)
+        return load_robot(robot, tip, loaded.description.base or None)
     except BadValueError as error:
         option = str(error.source).removeprefix("--")
-        if option in ("tip", "base") and not getattr(arguments, option) and getattr(loaded.description, option):
+        if option == "base" or (option == "tip" and not arguments.tip and loaded.description.tip):
             raise BadValueError(loaded.source, f"{option} in its description", error.problem) from error
         raise
-    if arguments.joint_limits is None:
-        return found
-    # Velocity limits stay those of the robot's file: a recording may be faster than a planner's limits.
-    return replace(found, acceleration_limits=limit_joints(found, arguments.joint_limits).acceleration_limits)
 
 
 def _find_flange(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
     """Finds the frame in which the controller expects a payload, or returns why there is none."""
     if loaded.description.kind is SignalKind.WRENCH and not arguments.flange:
         return f"a controller accepts no payload in the sensor frame {robot.tip} (name the flange: --flange NAME)"
-    base = arguments.base or loaded.description.base or None
-    flange = find_flange(robot, arguments.flange or "", base)
+    flange = find_flange(robot, arguments.flange or "", loaded.description.base or None)
     if flange is not None:
         return flange
     folder = Path(robot.source).parent

@@ -26,7 +26,7 @@ from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.joint_rates import find_lag
 from affordance.extensions.payload.recording.preparation import prepare
 from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run
-from affordance.extensions.payload.settings import PRIORS, IdentificationSettings, SignalKind
+from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
 # Factor by which a robot's file may be wrong about the torques due to the arm's own weight: two standard deviations
@@ -57,15 +57,6 @@ _LEAST_RANGE = 0.05
 _MOST_LATE = 0.02
 # Correlation time of the errors of an arm's model, [s]: 0.2 to 2 s for the UR10e and the Panda.
 _AGREEMENT = 1.0
-# Consequence of switching off a part of the uncertainty, by the name of the setting.
-_SWITCHED_OFF = {
-    "gains": "intervals are too narrow: gains are taken to be exactly those known before, or of the empty run",
-    "load_friction": "intervals may be too narrow: friction that grows with the load is left out",
-    "friction": "intervals are wrong: friction and offsets are left out, so the load has to explain them",
-    "tare": "the empty run is not used: the empty hand counts as load, and its errors are missing from the intervals",
-    "floor": "intervals are too narrow: model errors that do not average out are left out",
-    "correlated_noise": "intervals are too narrow: neighbouring samples count as independent",
-}
 
 
 class OwnWeight(NamedTuple):
@@ -92,9 +83,9 @@ def find_doubts(
 
     Returns: The sentences; an empty tuple if there is no reason to doubt.
     """
-    doubts = list(_list_switched_off(belief, before, settings, has_empty=bool(empty)))
     if loaded.description.kind is SignalKind.WRENCH:
-        return (*doubts, *judge_wrench(loaded, belief, before, settings))
+        return tuple(judge_wrench(loaded, belief, before, settings))
+    doubts: list[str] = []
     if empty:
         doubts += _judge_controller(robot, empty[0], before, settings)
     for run in (*empty, loaded):
@@ -161,26 +152,6 @@ def _judge_controller(
             f"{100.0 * change[j]:+.0f} % since the gains were found; usual changes stay within "
             f"{100.0 * _MOST_CHANGE * sd[j]:.0f} %: another controller or arm, or other current settings?"
         )
-
-
-def _list_switched_off(
-    belief: PayloadBelief, before: Gains, settings: IdentificationSettings, *, has_empty: bool
-) -> Iterator[str]:
-    """Lists the parts of the uncertainty that were switched off although this analysis would include them."""
-    evidence, prior = belief.fit.evidence, settings.signal_prior or PRIORS[belief.fit.evidence.kind]
-    is_wrench = evidence.kind is SignalKind.WRENCH
-    drifts = belief.calibration is None and not before.is_by_weight and prior.drift_own_sd > 0.0
-    would_count = {
-        "gains": drifts or (evidence.is_difference and prior.change_own_sd > 0.0),
-        "load_friction": prior.load_friction_sd > 0.0,
-        "friction": prior.friction_sd > 0.0,
-        "tare": is_wrench and has_empty,
-        "floor": (has_empty and settings.tare) if is_wrench else True,
-        "correlated_noise": True,
-    }
-    for name, lack in _SWITCHED_OFF.items():
-        if would_count[name] and not getattr(settings, name):
-            yield f"{lack} (--off {name.replace('_', '-')})"
 
 
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:

@@ -8,7 +8,7 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadArgumentError, show_text
 from affordance.extensions.memory.felt_models import PayloadQuadratic, pack
-from affordance.extensions.memory.ledger import has_memory, open_memory
+from affordance.extensions.memory.ledger import open_memory
 from affordance.extensions.memory.same_colours import SameColours
 from affordance.extensions.memory.trial_evidence import TrialEvidence
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
@@ -58,7 +58,6 @@ def teach(
     trial: TrialEvidence,
     prior: Prior,
     *,
-    known: str = "",
     same_colours: SameColours = (),
 ) -> tuple[MaterialMemory, bool]:
     """Adds a trial to a lasting memory; returns the resulting belief, and True if the trial was new.
@@ -67,12 +66,8 @@ def teach(
         place: Path of the memory that learns.
         trial: Evidence of the run.
         prior: Prior of materials that were never felt.
-        known: Path of another memory, which is merged into the first if it exists; may be empty.
         same_colours: Pairs of colours to treat as one; the second of each is read as the first.
     """
     with open_memory(place) as ledger:
-        if known and has_memory(known):
-            with open_memory(known) as before:
-                ledger.merge(before)
         is_new = ledger.append([trial]) > 0
         return ledger.recall(prior=prior, same_colours=same_colours), is_new

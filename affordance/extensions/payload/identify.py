@@ -11,7 +11,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
-from affordance.extensions.payload.as_found import find_reading, list_problems, list_remedies
+from affordance.extensions.payload.contradictions import find_contradictions
 from affordance.extensions.payload.doubts import check_sensors, find_doubts, weigh_arm
 from affordance.extensions.payload.evidence.evidence import Evidence
 from affordance.extensions.payload.evidence.gains import Gains, arrange_gains, build_nominal_gains
@@ -76,7 +76,6 @@ def identify(
     seen: SeenObject | None = None,
     solid_prior: SolidPrior | None = None,
     deviation: float = 0.06,
-    as_found: bool = False,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
     """Identifies a payload from recorded runs.
@@ -91,8 +90,6 @@ def identify(
         seen: Belief about the object from a camera and a memory of materials; None without a camera.
         solid_prior: Prior of a body that no camera has seen; None for any solid that a hand could hold.
         deviation: Standard deviation of an object's density about its material's mean, as a fraction of it.
-        as_found: True to correct sign, gravity, frame and delay as the arm's own weight indicates; False to doubt the
-            result of runs that contradict their description.
         settings: Settings of nuisances, filters and samples.
 
     Returns: The posterior of the payload, with any reasons not to trust it.
@@ -115,9 +112,8 @@ def identify(
         check_sensors(run)
     if loaded.description.postures:  # at rest nothing is filtered, and the errors of postures are independent
         settings = replace(settings, block=POSTURE_STEP, trim=0.0, min_speed=0.0)
-    reading = find_reading(arm, (*empty, loaded)[0], settings)
-    if as_found:
-        loaded, empty = reading.apply(loaded), [reading.apply(run) for run in empty]
+    first = (*empty, loaded)[0]
+    contradictions = [f"{first.source}: {each}" for each in find_contradictions(arm, first, settings)]
     description = loaded.description
     arm = arm.with_gravity(description.gravity)
     if reference_mass is None:
@@ -148,10 +144,8 @@ def identify(
             deviation=deviation,
             settings=settings,
         )
-        changed = list_remedies(reading) if as_found else ()
         assumed = (
             *belief.assumptions,
-            *changed,
             *_assume_of_hand(arm, before, calibration is not None, seen is not None, bool(empty)),
         )
         belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
@@ -160,9 +154,7 @@ def identify(
         suggest = suggest_posture if description.postures else suggest_motion
         of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
         belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest(arm, belief, before, settings)))
-        doubts = find_doubts(arm, loaded, empty, belief, before, settings)
-        if not as_found:
-            doubts = (*list_problems(reading, (*empty, loaded)), *doubts)
+        doubts = (*contradictions, *find_doubts(arm, loaded, empty, belief, before, settings))
         return replace(belief, doubts=doubts, advice=suggest_run(belief), tip=arm.tip)
     except np.linalg.LinAlgError as error:
         problem = f"gives equations without a solution ({error}): do signals, times and robot belong to the same arm?"

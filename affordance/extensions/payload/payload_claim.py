@@ -7,7 +7,7 @@ import scipy
 
 from affordance.arguments import check_number
 from affordance.arrays import Array
-from affordance.extensions.payload.payload_formats import PayloadSetting
+from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.objects.inertia import build_transform_map
 

@@ -1,9 +1,8 @@
-"""Figures of an identified payload: fit, posterior, and autocorrelation of the residual."""
+"""Figures of an identified payload: fit and posterior."""
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.arrays import Array, Mask
 from affordance.extensions.payload.evidence.joint_statistics import SIGNAL
 from affordance.extensions.payload.posterior.marginals import describe_bodies
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
@@ -25,8 +24,6 @@ _LABELS = (
     "I yz (kg cm²)",
 )
 _SCALES = np.array([1.0, 1e2, 1e2, 1e2, *[1e4] * 6])
-# Longest lag of the autocorrelation, [s].
-_LONGEST_LAG = 3.0
 
 
 def draw_fit(fit: PayloadFit) -> Figure:
@@ -110,38 +107,3 @@ def draw_posteriors(belief: PayloadBelief) -> Figure:
     figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=4)
     tidy(*axes)
     return figure
-
-
-def draw_whiteness(fit: PayloadFit) -> Figure:
-    """Plots the autocorrelation of each channel's residual; that of white noise would drop to zero at once."""
-    evidence = fit.evidence
-    residual = np.einsum("cni,ci->cn", evidence.samples.build_columns(), fit.weights)
-    num = len(evidence.channel_names)
-    figure = Figure(figsize=(12.0, 2.8))
-    axes = figure.subplots(1, num, sharey=True, squeeze=False)[0]
-    single = (residual**2).sum(axis=1) / np.maximum(fit.statistics.counts, 1.0)
-    for j, (axis, name) in enumerate(zip(axes, evidence.channel_names, strict=True)):
-        lags, correlation = _autocorrelate(residual[j], evidence.samples.used[:, j], evidence.rate)
-        agreement = fit.long_run_variance[j] / max(single[j], 1e-300) / evidence.rate
-        axis.plot(lags, correlation, color=OBJECT_COLOURS[0])
-        axis.axhline(0.0, color="#000000", linewidth=0.6, linestyle=":")
-        axis.set_title(f"{name}\ncorrelation time {agreement:.2f} s", fontsize=8)
-        axis.set_xlabel("lag (s)", fontsize=9)
-        axis.tick_params(labelsize=8)
-    axes[0].set(ylabel="autocorrelation", ylim=(-0.6, 1.05))
-    tidy(*axes)
-    return figure
-
-
-def _autocorrelate(residual: Array, used: Mask, rate: float) -> tuple[Array, Array]:
-    """Computes the autocorrelation of a residual with gaps, using only pairs of samples that are both used.
-
-    Returns: Lags, (L,), [s], and autocorrelation, (L,).
-    """
-    num_lags = min(int(_LONGEST_LAG * rate), len(residual) - 1)
-    size = 2 * len(residual)
-    spectrum, mask = np.fft.rfft(residual, size), np.fft.rfft(used.astype(float), size)
-    sums = np.fft.irfft(np.abs(spectrum) ** 2, size)[:num_lags]
-    pairs = np.maximum(np.fft.irfft(np.abs(mask) ** 2, size)[:num_lags], 1.0)
-    covariance = sums / pairs
-    return np.arange(num_lags) / rate, covariance / max(covariance[0], 1e-300)

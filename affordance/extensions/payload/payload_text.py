@@ -5,8 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from affordance.extensions.payload.payload_claim import Claim, ClaimVerdict
-from affordance.extensions.payload.payload_formats import PayloadSetting
-from affordance.extensions.payload.payload_lines import format_payload, show_number
+from affordance.extensions.payload.payload_setting import PayloadSetting, format_payload, show_number
 from affordance.extensions.payload.posterior.marginals import COM, UNITS
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.robots.flange import Flange
@@ -50,8 +49,8 @@ def describe_payload(
         for each in belief.learned
     ]
     blocks += _list("Densities", [*learned, *([taught] if taught else [])])
-    if claims and not isinstance(flange, str):
-        blocks.append(_compare(belief, claims, flange))
+    if not isinstance(flange, str):
+        blocks += [_compare(belief, claim, flange) for claim in claims]
     blocks += _list("Found", belief.notes)
     blocks += _list("Assumed", belief.assumptions)
     lines = _write_lines(belief, flange, anyway)
@@ -125,47 +124,23 @@ def _list(title: str, sentences: list[str] | tuple[str, ...]) -> Iterator[str]:
         yield "\n".join([f"{title}:", *(f"  {sentence}" for sentence in sentences)])
 
 
-def _compare(belief: PayloadBelief, claims: Sequence[Claim], flange: Flange) -> str:
-    """Formats the verdict on one claimed payload, or compares several, one line each."""
-    mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
-    verdict = claims[0].comparison
+def _compare(belief: PayloadBelief, claim: Claim, flange: Flange) -> str:
+    """Formats the verdict on a claimed payload."""
+    mark, verdict = ", NOT TO BE TRUSTED" if belief.doubts else "", claim.comparison
     moment = f"first moment within {verdict.moment_tolerance:.4f} kg m"
     tolerances = f"mass within {verdict.mass_tolerance:.3f} kg, {moment}"
     found = PayloadSetting(belief.mass, belief.centre_of_mass).express(flange.X_FT)
-    if len(claims) == 1:
-        (claim,) = claims
-        return "\n".join(
-            [
-                f"Claimed{mark}: the payload that is set on the controller {_VERDICTS[verdict.verdict]} "
-                f"(right with probability {verdict.probability:.2f}: {tolerances}{_note_moments(verdict)})",
-                f"  set, in the frame {flange.name}: {_show_setting(claim.setting)}",
-                f"  found, in the same frame: {_show_setting(found)}",
-                f"  largest torque errors in this run with the setting (N m): {_list_errors(belief, claim)}",
-            ]
-        )
-    lines = [
-        f"Claimed{mark}: {_choose(claims)}",
-        f"  found, in the frame {flange.name}: {_show_setting(found)}",
-    ]
-    for file, setting, comparison in claims:
-        lines.append(
-            f"  {file}: {comparison.verdict} (probability {comparison.probability:.2f}{_note_moments(comparison)}), "
-            f"{_show_setting(setting)}, "
-            f"largest torque error {comparison.torque_error.max():.2g} N m"
-        )
-    return "\n".join(lines)
-
-
-def _choose(claims: Sequence[Claim]) -> str:
-    """Describes which of several settings are right, as far as the run can tell."""
-    of = {verdict: [each.file for each in claims if each.comparison.verdict == verdict] for verdict in _VERDICTS}
-    if of["right"]:
-        verb = "is" if len(of["right"]) == 1 else "are"
-        return f"{' and '.join(of['right'])} {verb} right, of {len(claims)} settings"
-    if of["open"]:
-        left = f"of {len(claims)} settings; the run cannot tell more"
-        return f"only {' or '.join(of['open'])} may be right, {left}"
-    return f"none of {len(claims)} settings is right"
+    errors = zip(belief.channel_names, verdict.torque_error, strict=True)
+    return "\n".join(
+        [
+            f"Claimed{mark}: the payload of {claim.file} {_VERDICTS[verdict.verdict]} "
+            f"(right with probability {verdict.probability:.2f}: {tolerances}{_note_moments(verdict)})",
+            f"  set, in the frame {flange.name}: {_show_setting(claim.setting)}",
+            f"  found, in the same frame: {_show_setting(found)}",
+            "  largest torque errors in this run with the setting (N m): "
+            + ", ".join(f"{name} {error:.2g}" for name, error in errors),
+        ]
+    )
 
 
 def _note_moments(comparison: ClaimVerdict) -> str:
@@ -175,11 +150,6 @@ def _note_moments(comparison: ClaimVerdict) -> str:
 
 def _show_setting(payload: PayloadSetting) -> str:
     return f"{payload.mass:.3f} kg at ({', '.join(f'{value:.4f}' for value in payload.centre_of_mass)}) m"
-
-
-def _list_errors(belief: PayloadBelief, claim: Claim) -> str:
-    errors = zip(belief.channel_names, claim.comparison.torque_error, strict=True)
-    return ", ".join(f"{name} {error:.2g}" for name, error in errors)
 
 
 def _write_lines(belief: PayloadBelief, flange: Flange | str, anyway: bool) -> str:

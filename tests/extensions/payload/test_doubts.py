@@ -114,30 +114,6 @@ _COUNTS = {
 }
 
 
-@pytest.mark.parametrize(("kind", "analysis"), _COUNTS)
-def test_a_part_of_the_uncertainty_that_is_switched_off_is_a_doubt_where_it_changes_the_result(robot, kind, analysis):
-    rng = np.random.default_rng(8)
-    gripper = 0.5 * PAYLOAD if kind is SignalKind.WRENCH else None
-    held = 2.0 * PAYLOAD + (0.0 if gripper is None else gripper)
-    seed = int(analysis == "unpaired")
-    loaded = record(robot, rng, held, kind, source="l", motion_seed=seed, duration=10.0)
-    empty = () if analysis == "no empty run" else (record(robot, rng, gripper, kind, source="e", duration=10.0),)
-    mass = 2.0 * PAYLOAD[0] if analysis == "weighed" else None
-
-    def find(settings):
-        paired = analysis != "unpaired"
-        return identify(robot, Runs(loaded, empty), paired=paired, reference_mass=mass, settings=settings)
-
-    everything = find(_SETTINGS)
-    for name in ("gains", "load_friction", "friction", "tare", "floor", "correlated_noise"):
-        belief = find(replace(_SETTINGS, **{name: False}))
-        said = [doubt for doubt in belief.doubts if f"(--off {name.replace('_', '-')})" in doubt]
-        assert len(said) == int(name in _COUNTS[kind, analysis])
-        if not said:
-            assert np.array_equal(belief.bodies.pi, everything.bodies.pi)
-    assert not any("--off" in doubt for doubt in everything.doubts)
-
-
 @pytest.fixture(scope="module")
 def weighed(robot):
     """A pair of currents with a weighed load, the gains that it gives, and a second loaded run."""

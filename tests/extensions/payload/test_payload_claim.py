@@ -10,7 +10,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from affordance.exceptions import BadArgumentError
 from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.payload_claim import judge_claim
-from affordance.extensions.payload.payload_formats import PayloadSetting
+from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.posterior.body_posterior import WeightedBodies
 from affordance.objects.inertia import parameters_from_spatial_inertia, spatial_inertia_from_parameters
 

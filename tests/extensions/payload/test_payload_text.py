@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from affordance.extensions.payload.payload_formats import PayloadSetting
+from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.payload_text import describe_payload
 from affordance.extensions.payload.posterior.marginals import Marginals
 from affordance.extensions.robots.flange import Flange
@@ -47,7 +47,7 @@ def _describe(belief, width=0, flange=None):
     X_FT = np.eye(4)
     X_FT[2, 3] = 0.003
     flange = Flange("tool0", X_FT) if flange is None else flange
-    return describe_payload(belief, None, flange, materials={}, taught="", anyway=False, width=width)
+    return describe_payload(belief, (), flange, materials={}, taught="", anyway=False, width=width)
 
 
 @pytest.mark.parametrize(

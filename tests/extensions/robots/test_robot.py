@@ -136,5 +136,5 @@ def test_identification_takes_a_robot_for_its_chain(folder: Path) -> None:
 def test_payload_of_a_folder_is_at_the_tip_of_its_file_and_a_seen_object_in_the_hand(folder: Path) -> None:
     run = SimpleNamespace(description=SimpleNamespace(tip="", base="", compensated_payload=np.zeros(10)))
     for seen, tip in ((None, TIP.tip), (Path("tools.yaml"), "hand_grip")):
-        words = Namespace(robot=folder, robot_option=None, tip=None, base=None, object=seen, joint_limits=None)
+        words = Namespace(robot=folder, robot_option=None, tip=None, object=seen)
         assert identify._load_robot(words, run).tip == tip  # type: ignore[arg-type]

@@ -10,7 +10,7 @@ from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.belief.object_belief import ObjectBelief
 from affordance.extensions.payload.evidence.gains import Gains
-from affordance.extensions.payload.payload_formats import PayloadSetting
+from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.posterior.body_posterior import WeightedBodies
 from affordance.extensions.payload.posterior.marginals import (
     COM,

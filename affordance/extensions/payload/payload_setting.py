@@ -1,6 +1,8 @@
-"""Lines that set a payload on the controllers of robots, each in its maker's units and order.
+"""Payload settings of robot controllers: the file that states one, and the lines that set one.
 
-Syntax and units follow these documents. No line was tried on a controller, and other versions may differ:
+A controller takes the mass, the centre of mass p_FFcm in the flange frame F, and the moments about Fcm along F's
+axes. Lines have each maker's units and order. Syntax and units follow these documents. No line was tried on a
+controller, and other versions may differ:
 
 - Universal Robots: URScript manual (SW 10.6), set_target_payload: moments about the centre of mass, along the axes of
   the flange; kg, m, kg m^2, and a transition time, s.
@@ -14,15 +16,87 @@ Syntax and units follow these documents. No line was tried on a controller, and 
   transition time instead), franka_msgs/srv/SetLoad of franka_ros2; kg, m, kg m^2.
 """
 
+from typing import Annotated, NamedTuple
+
 import numpy as np
 import scipy
+from pydantic import Field
+from pydrake.multibody.tree import RotationalInertia
 
 from affordance.arrays import Array, build_symmetric, list_entries
-from affordance.exceptions import show_value
-from affordance.extensions.payload.payload_formats import PayloadSetting
+from affordance.exceptions import BadValueError, show_value
+from affordance.files.constraints import StrPath, Vector, Within, check_path
+from affordance.files.data_model import DataModel, load_model
+from affordance.objects.inertia import compute_point_parameters
 
+type _Triple = tuple[float, float, float]
+# Bounds of a payload's mass, [kg], of its centre of mass, [m], and of its moments, [kg m^2].
+_MOST, _FAR = 1e3, 10.0
 _MOMENTS = 9  # number of decimals of moments, [kg m^2]
 _TRANSITION = 0.5  # time in which a UR's controller changes to the new payload, so that the arm does not jump, [s]
+
+
+class PayloadSetting(NamedTuple):
+    """Payload setting of a controller, in a frame T: the flange, or the tip at which the payload was identified."""
+
+    mass: float  # mass, [kg]
+    centre_of_mass: Array  # centre of mass p_TTcm, shape (3,), [m]
+    # Moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz about Tcm, shape (6,), [kg m^2]; None if not set.
+    inertia: Array | None = None
+    is_centre_guessed: bool = False  # True if the centre of mass is the prior's, as the run did not show it
+
+    @property
+    def parameters(self) -> Array:
+        """Ten inertial parameters about To, shape (10,); those of a point mass if no moments are set."""
+        pi = self.mass * compute_point_parameters(self.centre_of_mass)
+        if self.inertia is not None:
+            pi[4:] += self.inertia
+        return pi
+
+    def express(self, X_FT: Array) -> "PayloadSetting":
+        """Returns the same payload in another frame F, in which the pose of T is X_FT, shape (4, 4)."""
+        R, p = X_FT[:3, :3], X_FT[:3, 3]
+        moments = None if self.inertia is None else np.array(list_entries(R @ build_symmetric(self.inertia) @ R.T))
+        return self._replace(centre_of_mass=p + R @ self.centre_of_mass, inertia=moments)
+
+
+class PayloadEntry(DataModel):
+    """Payload in YAML, with the three moments of inertia or with all six moments and products."""
+
+    mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
+    com: Annotated[
+        _Triple, Vector(3, Within(-_FAR, _FAR)), Field(description="Centre of mass in the flange, [m].")
+    ] = (
+        0.0,
+        0.0,
+        0.0,
+    )
+    inertia: Annotated[
+        Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None,
+        Field(description="Ixx, Iyy, Izz and optionally Ixy, Ixz, Iyz, about the centre of mass, [kg m^2]."),
+    ] = None
+
+
+def read_payload(path: StrPath) -> PayloadSetting:
+    """Reads the payload that is set on a controller, in the frame of the flange, from YAML.
+
+    Raises:
+        BadValueError: The file does not set a payload, or one of its values is wrong.
+    """
+    path = check_path("path", path)
+    entry = load_model(path, PayloadEntry)
+    centre = np.array(entry.com, dtype=float)
+    if entry.inertia is None:
+        return PayloadSetting(entry.mass, centre)
+    if len(entry.inertia) not in (3, 6):
+        problem = f"has {len(entry.inertia)} numbers, must have 3 or 6: Ixx, Iyy, Izz, Ixy, Ixz, Iyz"
+        raise BadValueError(path, "inertia", problem)
+    inertia = np.array([*entry.inertia, 0.0, 0.0, 0.0][:6])
+    if not (body := RotationalInertia(*inertia)).CouldBePhysicallyValid():
+        moments = ", ".join(f"{value:.3g}" for value in body.CalcPrincipalMomentsOfInertia())
+        problem = f"has principal moments {moments} kg m^2; none may be negative or exceed the sum of the others"
+        raise BadValueError(path, "inertia", problem)
+    return PayloadSetting(entry.mass, centre, inertia)
 
 
 def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:

@@ -1,9 +1,11 @@
-import json
+"""Payload settings: read from a file, turned into other frames, and written in the units of makers' documents."""
+
 import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+import yaml
 from helpers.generated_runs import PAYLOAD
 from helpers.refusals import refuse
 from numpy.testing import assert_allclose
@@ -11,9 +13,9 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
+from scipy.spatial.transform import Rotation
 
-from affordance.extensions.payload.payload_formats import PayloadSetting, read_payload
-from affordance.extensions.payload.payload_lines import format_payload
+from affordance.extensions.payload.payload_setting import PayloadSetting, format_payload, read_payload, show_number
 from affordance.extensions.payload.posterior.marginals import describe_bodies
 from affordance.objects.inertia import parameters_from_spatial_inertia, spatial_inertia_from_parameters
 
@@ -21,6 +23,9 @@ _VALUES = describe_bodies(PAYLOAD[None])[0]
 _SETTING = PayloadSetting(_VALUES[0], _VALUES[1:4], _VALUES[4:])
 _LINES = format_payload(_SETTING, "tool0")
 _CENTRE = PAYLOAD[1:4] / PAYLOAD[0]
+_SIX = np.array([0.012, 0.015, 0.009, 0.001, -0.002, 0.0005])
+_PLACE = np.array([0.0123, -0.0456, 0.0789])
+_OTHER = format_payload(PayloadSetting(1.2345, _PLACE, _SIX), "tool0")
 
 
 def test_parameters_of_a_setting_are_those_of_the_body():
@@ -76,15 +81,13 @@ def test_a_guessed_centre_of_mass_is_marked_in_every_line():
 
 
 @pytest.mark.parametrize("name", ["a\nset_tcp(p[1,0,0,0,0,0])", "a\r", "a-->b", "a--b", "a\u2028b", "\u202ea", "a\\"])
-def test_the_name_of_a_frame_ends_neither_line_nor_comment(name, tmp_path):
+def test_the_name_of_a_frame_ends_neither_line_nor_comment(name):
     """The name may come from the file of a stranger, and the lines go into a robot's program."""
     lines = format_payload(_SETTING, name)
     for line in lines.values():
         assert line.isprintable()
         assert not line.endswith("\\")
     assert len(list(ET.fromstring(f"<link>{lines['URDF']}</link>").iter())) == 5
-    program = _write(tmp_path, "a.script", lines["Universal Robots (URScript)"])
-    assert_allclose(read_payload(program).parameters, PAYLOAD, rtol=1e-4, atol=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -106,49 +109,10 @@ def _write(folder, name, text):
     return path
 
 
-@pytest.mark.parametrize("name", ["Universal Robots (URScript)", "URDF"])
-def test_lines_are_read_as_they_were_written(tmp_path, name):
-    path = _write(tmp_path, "line.urdf" if name == "URDF" else "program.script", _LINES[name])
-    assert_allclose(read_payload(path).parameters, PAYLOAD, rtol=1e-4, atol=1e-6)
-
-
-def test_files_of_makers_and_our_own_are_one_payload(tmp_path):
-    m, c = float(_SETTING.mass), [float(value) for value in _SETTING.centre_of_mass]
-    moments = xx, yy, zz, xy, xz, yz = [float(value) for value in _SETTING.inertia]
-    matrix = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    hand = {
-        "mass": m,
-        "centerOfMass": c,
-        "transformation": list(np.eye(4).ravel()),
-        "inertia": list(np.ravel(matrix)),
-    }
-    ours = f"mass: {m}\ncom: {c}\ninertia: {moments}\n"
-    for path in (
-        _write(tmp_path, "hand.json", json.dumps(hand)),
-        _write(tmp_path, "nested.json", json.dumps({"endEffector": hand})),
-        _write(tmp_path, "ours.yaml", ours),
-    ):
-        assert_allclose(read_payload(path).parameters, PAYLOAD, rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("text", "mass", "centre"),
-    [
-        ("set_payload(1.5)\n  set_payload(0.73, [0.0, 0.0, 0.06])  # camera\n", 0.73, [0.0, 0.0, 0.06]),
-        ("set_payload(5)\nset_payload_cog([0.01, 0, 0])\n# set_target_payload(2, [0, 0, 1])", 5.0, [0.01, 0.0, 0.0]),
-    ],
-)
-def test_the_last_call_of_a_program_counts_and_comments_set_nothing(tmp_path, text, mass, centre):
-    setting = read_payload(_write(tmp_path, "a.urscript", text))
-    assert (setting.mass, list(setting.centre_of_mass), setting.inertia) == (mass, centre, None)
-
-
-def test_axes_of_an_inertial_are_turned(tmp_path):
-    text = (
-        "<link><inertial><mass value='2'/><origin xyz='0 0 0.1' rpy='0 0 1.5707963267948966'/>"
-        "<inertia ixx='0.01' iyy='0.02' izz='0.025' ixy='0' ixz='0' iyz='0'/></inertial></link>"
-    )
-    assert_allclose(read_payload(_write(tmp_path, "l.urdf", text)).inertia, [0.02, 0.01, 0.025, 0, 0, 0], atol=1e-12)
+def test_a_file_is_the_payload_that_it_states(tmp_path):
+    moments = [float(value) for value in _SETTING.inertia]
+    text = f"mass: {_SETTING.mass}\ncom: {[float(value) for value in _SETTING.centre_of_mass]}\ninertia: {moments}\n"
+    assert_allclose(read_payload(_write(tmp_path, "ours.yaml", text)).parameters, PAYLOAD, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("moments", ["[-1, -1, -1]", "[1, 1, 3]", "[0.1, 0.1, 0.1, 0.5, 0, 0]"])
@@ -163,15 +127,66 @@ def test_moments_that_no_body_has_are_refused(tmp_path, moments):
         ("a.yaml", "mass: -1\n", "a.yaml: mass: is -1, must be from 0 to 1000"),
         ("a.yaml", "mas: 1\n", "mass: is missing; is 'mas' misspelt?"),
         ("a.yaml", "mass: 1\ninertia: [1, 2, 3, 4]\n", "inertia: has 4 numbers, must have 3 or 6"),
-        ("a.json", "{}", "mass: is missing"),
-        ("a.json", '{"mass": 1, "inertia": [1, 2]}', "inertia: is [1, 2], must be a list with at least 9 entries"),
-        ("a.script", "movej(q)", "has no line set_target_payload"),
-        ("a.script", "set_payload(1, [0, 0])", "set_target_payload: must have three coordinates"),
-        ("a.urdf", "<robot><link/></robot>", "inertial: appears 0 times"),
-        ("a.urdf", "<inertial><mass value='x'/></inertial>", "value: is 'x', must be 1 numbers"),
-        ("a.urdf", "<inertial/>", "inertial: has no mass"),
-        ("a.doc", "1", "a.doc: has the unknown type '.doc', must be .yaml"),
     ],
 )
 def test_file_that_holds_no_payload_is_refused(tmp_path, name, text, said):
     assert said in refuse(read_payload, _write(tmp_path, name, text))
+
+
+def _read_numbers(text: str) -> list[float]:
+    return [float(each) for each in re.findall(r"-?\d+\.?\d*", text)]
+
+
+def _list_in_brackets(line: str) -> list[list[float]]:
+    return [_read_numbers(each) for each in re.findall(r"\[([^\[\]]*)\]", line.partition("  #")[0])]
+
+
+def test_a_ur_gets_moments_and_a_time_of_transition():
+    line = _OTHER["Universal Robots (URScript)"]
+    centre, moments = _list_in_brackets(line)
+    assert_allclose(centre, _PLACE, atol=1e-5)
+    assert_allclose(moments, _SIX, atol=1e-6)
+    assert line.partition("  #")[0].endswith(", 0.5)")
+
+
+@pytest.mark.parametrize("name", ["UFACTORY xArm (Python)", "Doosan (DRL)"])
+def test_millimetres_are_millimetres(name):
+    assert_allclose(_list_in_brackets(_OTHER[name])[0], 1e3 * _PLACE, atol=0.01)
+    assert "mm, in the frame 'tool0'" in _OTHER[name]
+
+
+def test_kuka_gets_principal_moments_and_the_angles_of_their_axes():
+    line = _OTHER["KUKA (KRL)"].partition("  ;")[0]
+    m, x, y, z, a, b, c, jx, jy, jz = _read_numbers(line)
+    assert m == 1.2345
+    assert_allclose([x, y, z], 1e3 * _PLACE, atol=0.01)
+    R = Rotation.from_euler("ZYX", [a, b, c], degrees=True).as_matrix()  # about z, the new y, and the new x
+    xx, yy, zz, xy, xz, yz = _SIX
+    assert_allclose(R @ np.diag([jx, jy, jz]) @ R.T, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], atol=3e-6)
+
+
+@pytest.mark.parametrize("name", ["ROS 2 (ur_robot_driver)", "ROS 2 (franka_ros2)"])
+def test_a_message_of_ros_is_yaml_in_si_units(name):
+    message = yaml.safe_load(re.findall(r"'(\{.*?\})'  #", _OTHER[name])[0])
+    assert message.pop("mass") == 1.2345
+    if "franka" in name:
+        matrix = np.array(message.pop("load_inertia")).reshape(3, 3)
+        assert_allclose(matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], _SIX, atol=1e-6)
+        assert_allclose(message.pop("center_of_mass"), _PLACE, atol=1e-5)
+    else:
+        assert_allclose(list(message.pop("center_of_gravity").values()), _PLACE, atol=1e-5)
+    assert not message
+
+
+def test_no_line_has_a_negative_zero_or_a_power_of_ten():
+    tiny = PayloadSetting(0.5, np.array([-1e-7, 1e-6, 0.1]), np.array([1e-7, 1e-7, 1e-7, -1e-9, 0.0, 0.0]))
+    for name, line in format_payload(tiny, "tool0").items():
+        if name not in ("URDF", "Drake (Python)"):  # which read them
+            assert not re.search(r"-0(\.0*)?(?![.\d])|\de-", line), line
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(1e-5, "0"), (-1e-5, "0"), (0.1, "0.1"), (100.0, "100"), (0.12344, "0.1234")]
+)
+def test_numbers_are_short_and_never_powers_of_ten(value, text):
+    assert show_number(value, 4) == text

@@ -1,4 +1,4 @@
-"""Detection of mistakes in a run's description from the arm's own weight: sign, gravity, frame and delay.
+"""Contradictions of a run and its description by the arm's own weight: sign, gravity, frame and delay.
 
 A robot's file predicts the torques due to the arm's own weight to within a factor of two, whatever the payload. If
 the signals follow these torques much better with the opposite sign, with gravity along another axis, or at another
@@ -6,8 +6,6 @@ time, the description is wrong. If they do not follow them at all and are close 
 them.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -41,42 +39,8 @@ _AXIS_NAMES = ("+x", "+y", "+z", "-x", "-y", "-z")
 _ALONG = np.cos(np.radians(5.0))
 
 
-class Finding(NamedTuple):
-    """Contradiction between a recording and its description."""
-
-    problem: str  # what the recording shows, as a sentence
-    remedy: str  # what the option --as-found does about it, as a sentence
-
-
-@dataclass(frozen=True)
-class Reading:
-    """Differences between recordings and their description, as the arm's own weight reveals them."""
-
-    findings: tuple[Finding, ...] = ()
-    signs: Array | None = None  # factor of each channel, 1 or -1, shape (C,); None to keep the signs
-    gravity: tuple[float, float, float] | None = None  # [m/s^2]; None to keep the described one
-    lag: float = 0.0  # delay of the signals behind the joint angles, [s]
-    rotation: Array | None = None  # rotation from the sensor's frame to the tip, shape (3, 3); None if they agree
-    compensates_arm: bool | None = None  # True if the signals lack the arm's own torque; None if as described
-
-    def apply(self, run: Run) -> Run:
-        """Returns a run corrected for these differences."""
-        description, signal = run.description, run.signal
-        if self.signs is not None:
-            signal = signal * self.signs
-        if self.rotation is not None:
-            signal = np.hstack([signal[:, :3] @ self.rotation.T, signal[:, 3:] @ self.rotation.T])
-        if self.lag and not description.postures:
-            signal = resample(run.times + self.lag, run.times, signal)
-        if self.gravity is not None:
-            description = replace(description, gravity=self.gravity)
-        if self.compensates_arm is not None:
-            description = replace(description, compensates_arm=self.compensates_arm)
-        return replace(run, description=description, signal=signal)
-
-
-def find_reading(robot: SerialChain, run: Run, settings: IdentificationSettings) -> Reading:
-    """Finds where a run contradicts its description, judging by the arm's own weight.
+def find_contradictions(robot: SerialChain, run: Run, settings: IdentificationSettings) -> tuple[str, ...]:
+    """Finds where a run contradicts its description, judging by the arm's own weight; one sentence each.
 
     The run's joints must be in the order of the arm's.
     """
@@ -88,11 +52,13 @@ def find_reading(robot: SerialChain, run: Run, settings: IdentificationSettings)
     thin = prepared.select(slice(None, None, every))
     used = np.abs(thin.v) >= (0.0 if run.description.postures else settings.min_speed)
     if (used.sum(axis=0) < _FEWEST).all():
-        return Reading()
+        return ()
     return _compare_joints(robot, run, prepared, thin, used)
 
 
-def _compare_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> Reading:
+def _compare_joints(
+    robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask
+) -> tuple[str, ...]:
     """Compares a run of joint signals with its description: gravity, signs, compensation and delay."""
     length = float(np.linalg.norm(robot.gravity_W))
     directions = np.concatenate([robot.gravity_W[None] / length, _AXES])
@@ -105,18 +71,14 @@ def _compare_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: P
     # adapt.
     near = directions @ directions[0] > -0.5
     best = int(np.argmin(np.where(near, left, np.inf)))
-    findings: list[Finding] = []
-    gravity = None
+    found: list[str] = []
+    gravity = robot.gravity_W
     if left[best] < left[0] - np.log(_BETTER) and measure_angle(directions[best], directions[0]) > _TURNED:
         signs = np.sign(fits[best].gain[_judge(fits[best])])
         direction = directions[best] * (1.0 if signs.sum() >= 0.0 else -1.0)
-        x, y, z = (float(each) for each in length * direction)
-        gravity = (x, y, z)
-        along = describe_direction(direction)
-        findings.append(
-            Finding(f"gravity seems to be along {along} of the base", f"gravity is taken to be along {along}")
-        )
-        fits[best] = _fit(robot.with_gravity(np.array(gravity)), thin, thin.signal, used)
+        gravity = length * direction
+        found.append(f"gravity seems to be along {describe_direction(direction)} of the base")
+        fits[best] = _fit(robot.with_gravity(gravity), thin, thin.signal, used)
     else:
         best = 0
     fit = fits[best]
@@ -124,45 +86,33 @@ def _compare_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: P
     lacks = fit.size[judged] < _LACKS * fit.torque_sd[judged]
     if run.description.kind is not SignalKind.CURRENT and judged.any() and lacks.all():
         if run.description.compensates_arm:
-            return Reading()
-        problem = "the signals lack the arm's own weight: the controller has subtracted it (compensates: arm)"
-        return Reading((Finding(problem, "the arm's own torque is added to the signals"),), compensates_arm=True)
+            return ()
+        return ("the signals lack the arm's own weight: the controller has subtracted it (compensates: arm)",)
     if run.description.compensates_arm:
         follows = judged & (fit.explained > _EXPLAINED) & (fit.gain > 0.5)
         if not follows.any() or not follows[judged].all() or run.description.kind is SignalKind.CURRENT:
-            return Reading()
-        problem = "the signals contain the arm's own weight, although 'compensates: arm' says it was subtracted"
-        return Reading((Finding(problem, "nothing is added to the signals"),), compensates_arm=False)
+            return ()
+        return ("the signals contain the arm's own weight, although 'compensates: arm' says it was subtracted",)
     turned = judged & (fit.explained > _EXPLAINED) & (fit.gain < -_SURE * fit.error)
-    signs = np.where(turned, -1.0, 1.0)
     if turned.any():
-        findings.append(_describe_signs(robot, turned, judged))
-        if turned[judged].all():
-            signs = -np.ones(len(signs))
-    lag = _find_lag(
-        robot.with_gravity(robot.gravity_W if gravity is None else np.array(gravity)), prepared, thin, used
-    )
+        found.append(_describe_signs(robot, turned, judged))
+    lag = _find_lag(robot.with_gravity(gravity), prepared, thin, used)
     if lag:
         words = f"{1e3 * abs(lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
-        findings.append(
-            Finding(f"the signals are {words} relative to the joint angles", f"signals are taken to be {words}")
-        )
-    return Reading(tuple(findings), signs if turned.any() else None, gravity, lag)
+        found.append(f"the signals are {words} relative to the joint angles")
+    return tuple(found)
 
 
-def _describe_signs(robot: SerialChain, turned: Mask, judged: Mask) -> Finding:
+def _describe_signs(robot: SerialChain, turned: Mask, judged: Mask) -> str:
     """Describes joints whose signal has the opposite sign."""
     if turned[judged].all() and judged.sum() > 1:
-        problem = (
-            "all joints have the opposite sign, as is KUKA's convention: the signal falls where the arm's own weight"
-        )
-        return Finding(
-            f"{problem} pulls more, or gravity points the other way", "all signals are taken with the opposite sign"
+        return (
+            "all joints have the opposite sign, as is KUKA's convention: the signal falls where the arm's own weight "
+            "pulls more, or gravity points the other way"
         )
     names = ", ".join(np.array(robot.joint_names)[turned])
     have = "have" if turned.sum() > 1 else "has"
-    problem = f"{names} {have} the opposite sign: the signal falls where the arm's own weight pulls more"
-    return Finding(problem, f"the signal of {names} is taken with the opposite sign")
+    return f"{names} {have} the opposite sign: the signal falls where the arm's own weight pulls more"
 
 
 class _Fit(NamedTuple):
@@ -230,7 +180,7 @@ def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used
     return float(_LAGS[best])
 
 
-def _compare_wrench(robot: SerialChain, run: Run) -> Reading:
+def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
     """Compares the forces of a wrist sensor with the description: their sign, gravity and the sensor's mounting."""
     every = max(1, len(run.times) // _MOST)
     q, forces = run.q[::every], run.signal[::every, :3]
@@ -242,7 +192,7 @@ def _compare_wrench(robot: SerialChain, run: Run) -> Reading:
     forces = forces - forces.mean(axis=0)
     flat, b = varied.reshape(-1, 3), forces.ravel()
     if len(q) < 4 or np.linalg.svd(flat, compute_uv=False)[-1] < _JUDGED * np.sqrt(len(q)) * length * 0.5:
-        return Reading()
+        return ()
     weight = np.linalg.lstsq(flat, b)[0]
     whole = float(b @ b)
     left = float(np.sum((b - flat @ weight) ** 2)) / max(whole, 1e-30)
@@ -250,22 +200,17 @@ def _compare_wrench(robot: SerialChain, run: Run) -> Reading:
     angle = measure_angle(weight, described)
     if 1.0 - left > _EXPLAINED:
         if angle < _TURNED:
-            return Reading()
+            return ()
         if angle > np.pi - _TURNED:
-            problem = "the forces have the opposite sign: 'force_on' or the direction of gravity is wrong"
-            remedy = "forces and moments are taken with the opposite sign"
-            return Reading((Finding(problem, remedy),), signs=-np.ones(6))
+            return ("the forces have the opposite sign: 'force_on' or the direction of gravity is wrong",)
         direction = weight / np.linalg.norm(weight)
         nearest = _AXES[int(np.argmax(_AXES @ direction))]
         direction = nearest if nearest @ direction > np.cos(_TURNED) else direction
-        x, y, z = (float(each) for each in length * direction)
-        along = describe_direction(direction)
-        problem = f"gravity seems to be along {along} of the base"
-        return Reading((Finding(problem, f"gravity is taken to be along {along}"),), gravity=(x, y, z))
+        return (f"gravity seems to be along {describe_direction(direction)} of the base",)
     return _compare_frame(varied @ described, forces, whole)
 
 
-def _compare_frame(expected: Array, forces: Array, whole: float) -> Reading:
+def _compare_frame(expected: Array, forces: Array, whole: float) -> tuple[str, ...]:
     """Compares forces, shape (N, 3), with those of a sensor that is rotated in its mounting."""
     U, S, Vt = np.linalg.svd(forces.T @ expected)
     R = Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ U.T  # from the sensor's frame to the tip's
@@ -274,14 +219,12 @@ def _compare_frame(expected: Array, forces: Array, whole: float) -> Reading:
     left = float(np.sum((turned - mass * expected) ** 2)) / max(whole, 1e-30)
     angle = np.arccos(np.clip(0.5 * (np.trace(R) - 1.0), -1.0, 1.0))
     if 1.0 - left < _EXPLAINED or angle < _TURNED or S[1] < _JUDGED * S[0]:
-        return Reading()
+        return ()
     axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     if np.linalg.norm(axis) < 1e-6:  # a rotation by half a turn
         axis = np.linalg.eigh(R)[1][:, -1]
-    words = (
-        f"turned by {np.degrees(angle):.0f} deg about {describe_direction(axis / np.linalg.norm(axis))} of the tip"
-    )
-    return Reading((Finding(f"the sensor seems to be {words}", f"the sensor is taken to be {words}"),), rotation=R)
+    along = describe_direction(axis / np.linalg.norm(axis))
+    return (f"the sensor seems to be turned by {np.degrees(angle):.0f} deg about {along} of the tip",)
 
 
 def describe_direction(direction: Array) -> str:
@@ -290,15 +233,3 @@ def describe_direction(direction: Array) -> str:
     if along.max() > _ALONG:
         return _AXIS_NAMES[int(along.argmax())]
     return f"({', '.join(f'{value:.2f}' for value in direction)})"
-
-
-def list_problems(reading: Reading, runs: Sequence[Run]) -> Iterator[str]:
-    """Lists the differences from the description, one sentence each, with the option that corrects them."""
-    for finding in reading.findings:
-        yield f"{runs[0].source}: {finding.problem} (--as-found corrects for this)"
-
-
-def list_remedies(reading: Reading) -> Iterator[str]:
-    """Lists the corrections that --as-found made, one sentence each."""
-    for finding in reading.findings:
-        yield f"as found, not as described: {finding.remedy}"
