@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
 from affordance.extensions.payload.identify import Runs, identify
-from affordance.extensions.payload.posterior.marginals import COM, MASS, MOMENTS, describe_bodies
+from affordance.extensions.payload.posterior.payload_belief import COM, MASS, MOMENTS, describe_bodies
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS
 from studies.payload.errors import ARMS
 from studies.payload.simulated import Recordings, simulate

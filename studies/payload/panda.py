@@ -18,7 +18,7 @@ from affordance.extensions.payload.evidence.fitted_arm import CELL, FittedArm
 from affordance.extensions.payload.evidence.gains import build_nominal_gains
 from affordance.extensions.payload.evidence.unpaired_runs import fit_empty_arm, subtract_arm
 from affordance.extensions.payload.posterior.inference import infer
-from affordance.extensions.payload.posterior.marginals import COM, MASS, MOMENTS, describe_bodies
+from affordance.extensions.payload.posterior.payload_belief import COM, MASS, MOMENTS, describe_bodies
 from affordance.extensions.payload.recording.preparation import prepare
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import parameters_from_pseudo_inertia

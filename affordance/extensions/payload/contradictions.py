@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array, Mask
-from affordance.extensions.payload.evidence.gravity_tilt import compute_force_regressors, measure_angle
+from affordance.extensions.payload.evidence.wrist_sensor import compute_force_regressors, measure_angle
 from affordance.extensions.payload.recording.preparation import PreparedRun, prepare
 from affordance.extensions.payload.recording.run import Run, resample
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind

@@ -7,22 +7,18 @@ torque that the strongest joint bears over all postures. The other joints may sh
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadValueError
-from affordance.extensions.payload.evidence.evidence import restore_compensated
+from affordance.extensions.payload.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.extensions.payload.evidence.gains import Gains
-from affordance.extensions.payload.fit_checks import (
-    FEWEST_SAMPLES,
-    LEAST_OWN_TORQUE,
-    compute_strength,
-    judge_fit,
-    judge_wrench,
-)
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
+from affordance.extensions.payload.posterior.payload_fit import build_channel_prior, fit_payload
+from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.recording.joint_rates import find_lag
 from affordance.extensions.payload.recording.preparation import prepare
 from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run
@@ -39,8 +35,8 @@ _MOST_FILE_FACTOR_LOADED = 3.0 * _MOST_FILE_FACTOR
 # arm, whose load is not in the file. In recordings of a UR10e and a Panda the share is at least .97 in windows of 10
 # s or more.
 _LEAST_EXPLAINED, _LEAST_EXPLAINED_LOADED = 0.9, 0.6
-# Largest change of a gain that follows from the arm's own weight, and largest distance from the file's gain, in
-# standard deviations: chance exceeds it once in 370.
+# Largest change of a gain (that follows from the arm's own weight, or from the empty to the loaded run) and largest
+# distance from the file's gain, in standard deviations: chance exceeds it once in 370.
 _MOST_CHANGE = 3.0
 _LEAST_ERROR = 1e-6  # relative standard error assumed for simulated signals without noise
 # Least duration of a run from whose own-weight torques gains are estimated, [s]. In shorter runs a joint has too few
@@ -57,6 +53,66 @@ _LEAST_RANGE = 0.05
 _MOST_LATE = 0.02
 # Correlation time of the errors of an arm's model, [s]: 0.2 to 2 s for the UR10e and the Panda.
 _AGREEMENT = 1.0
+# Bounds of the checks. Those without another source were chosen on windows of a UR10e's pair of runs and of a Panda's
+# empty run, between the values in good windows and the values that deliberate mistakes cause
+# (docs/decisions/0020-recorded-data.md).
+#
+# Least spread of a joint's own-weight torque at which the joint is judged, as a share of the gravity torque that the
+# strongest joint bears (below it, a joint may show little but friction), and number of postures that determine the
+# latter.
+_LEAST_OWN_TORQUE, _NUM_POSTURES = 0.1, 50
+# Fewest samples from which a joint is judged: ten for each of the five unknowns of its own weight and friction.
+_FEWEST_SAMPLES = 50
+# Usual gains of currents, [A/(N m)], from the geared motors of the largest arms to servos, with a factor of ten to
+# spare.
+_USUAL_CURRENT_GAINS = (2e-3, 20.0)
+# Largest factor between a gain that a weighed load determines and the median over joints: an assumption, as the
+# motors of one arm have gear ratios and torque constants of similar size.
+_MOST_UNLIKE_GAINS = 4.0
+# Largest residual relative to the signal of the arm's own weight, by whether the signal is a difference and whether
+# the motion was repeated. For paired runs the residual is 0.01 to 0.03 in recordings, and up to 0.2 on a simulated
+# UR5, whose load friction jumps where a joint reverses. With an empty arm fitted to other motions it is up to 0.25 in
+# windows of 8 s. With the arm as in its file, the file's own error is part of the residual.
+_MOST_RESIDUAL = {(True, True): 0.25, (True, False): 0.4, (False, False): 1.0}
+# Least signal with which residuals are compared, as a share of the gravity torque that the strongest joint bears,
+# because a joint's errors do not shrink with its motion. The errors of a UR10e's pair are up to 0.022 of that torque;
+# this bound allows 0.075.
+_LEAST_SIGNAL = 0.3
+# Largest shift of a gain from its value before the run, and of a weighed mass, in standard deviations. Chance exceeds
+# it once in 1.7 million if the errors are normal, and once in 1,200 if the standard deviations are a third too small.
+_MOST_SHIFT = 5.0
+# Another interpretation of the runs is better only if it divides the variance of the errors by at least this factor
+# (geometric mean over joints). In good pairs of the UR10e and of simulated arms no alternative lowers the variance
+# (factors up to 0.9). With the runs exchanged the factor is 1,900 in the UR10e's pair and at least 4.1 in simulated
+# ones. With neighbouring joints exchanged it is 2.4 to 83 in the UR10e's pair, and below 4 in some simulated ones,
+# which other checks detect.
+_LEAST_IMPROVEMENT = 4.0
+# Sampling rate at which interpretations are compared, [Hz]: the errors of arms are correlated over tenths of a
+# second.
+_COMPARISON_RATE = 25.0
+# Residual relative to the load's signal above which other interpretations are tried; for heavy loads it is 0.02 to
+# 0.4.
+_LARGE_RESIDUAL = 0.5
+# Least load torque at a joint that is informative about the load, as a share of the largest load torque of any joint.
+_LEAST_LOAD_TORQUE = 0.05
+# Largest share of the variation of a wrist sensor's forces, or moments, that a load may leave unexplained: an
+# assumption. Residuals below these bounds, [N] and [N m], are never reported, as a light load may be no larger than
+# the sensor's drift.
+_MOST_WRENCH_RESIDUAL, _WRENCH_DRIFT = 0.5, (1.0, 0.2)
+# Largest relative error of the mass, in each half of a run, at which the gains are accepted, and the largest error in
+# standard deviations. The UR10e's halves err by less than 0.4 %. The second bound also applies to the weight of an
+# empty hand.
+_MOST_HALF_ERROR, _MOST_HALF_SDS = 0.05, 3.0
+# Largest ratio of the errors to those of the runs that calibrated the gains or show the empty arm. In 28 windows of a
+# UR10e's recording the ratio is at most 1.5; with mistakes it is 4.6 or more.
+_MOST_ERRORS = 4.0
+# Ratio below which the errors of all joints are suspiciously small: torques or currents that a controller commands
+# have no sensor noise. In the UR10e's pair commanded values have ratios of .05 to .2.
+_LEAST_ERRORS = 0.25
+# Largest difference between the masses of the two halves of a run, in standard deviations: at most 1.7 in good
+# windows, at least 7 if the load is lost half-way. Shortest half, [s], as errors are correlated over blocks of two
+# seconds.
+_MOST_APART, _SHORTEST_HALF = 4.0, 4.0
 
 
 class OwnWeight(NamedTuple):
@@ -84,7 +140,7 @@ def find_doubts(
     Returns: The sentences; an empty tuple if there is no reason to doubt.
     """
     if loaded.description.kind is SignalKind.WRENCH:
-        return tuple(judge_wrench(loaded, belief, before, settings))
+        return tuple(_judge_wrench(loaded, belief, before, settings))
     doubts: list[str] = []
     if empty:
         doubts += _judge_controller(robot, empty[0], before, settings)
@@ -95,7 +151,7 @@ def find_doubts(
             factor = _MOST_FILE_FACTOR if run is not loaded else np.inf if empty else _MOST_FILE_FACTOR_LOADED
             doubts += _judge_signals(robot, run, factor, belief, settings)
     doubts += _judge_duration((*empty, loaded)[0], belief, before)
-    doubts += judge_fit(robot, loaded, belief, before, settings)
+    doubts += _judge_fit(robot, loaded, belief, before, settings)
     return tuple(doubts)
 
 
@@ -109,7 +165,7 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
     gain, explained, error, torque_sd = np.zeros((4, n))
     for j in range(n):
         used = np.abs(prepared.v[:, j]) >= settings.min_speed
-        if np.count_nonzero(used) < FEWEST_SAMPLES:
+        if np.count_nonzero(used) < _FEWEST_SAMPLES:
             continue
         v, tau, x = prepared.v[used, j], torque[used, j], signal[used, j]
         friction = np.column_stack([np.sign(v), v, np.ones_like(v)])
@@ -121,7 +177,7 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
         covariance = np.linalg.pinv(own.T @ own) * rest / pieces
         error[j] = np.sqrt(covariance[0, 0]) / max(abs(solution[0]), 1e-30)
         explained[j] = 1.0 - rest / all_of_it if all_of_it > 0.0 else 0.0
-    return OwnWeight(gain, explained, error, torque_sd >= LEAST_OWN_TORQUE * compute_strength(robot))
+    return OwnWeight(gain, explained, error, torque_sd >= _LEAST_OWN_TORQUE * _compute_strength(robot))
 
 
 def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> Array:
@@ -241,3 +297,214 @@ def _find_stuck(run: Run) -> Iterator[str]:
                     f"{durations[k]:.1f} s while the joint moves: the sensor is saturated or stuck"
                 )
                 break
+
+
+def _judge_fit(
+    robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Checks gains, residual and halves of a fit to joint signals, and yields one sentence per doubt."""
+    evidence = belief.fit.evidence
+    torque_sd = evidence.arm_torque.std(axis=0)
+    strength = _compute_strength(robot)
+    judged = torque_sd >= _LEAST_OWN_TORQUE * strength
+    if before.robot and before.robot != robot.fingerprint:
+        yield f"the gains ({before.source}) were calibrated with the file of another robot, not with {robot.source}"
+    # The arm's own weight does not determine the gains of the other joints.
+    yield from _judge_gains(robot, belief, judged if belief.calibration is None else np.ones_like(judged))
+    yield from _judge_weighing(belief)
+    if belief.calibration is None:
+        shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(
+            np.maximum(before.covariance[:, 0, 0], 1e-30)
+        )
+        for j in np.flatnonzero(settings.gains & (shift > _MOST_SHIFT)):
+            yield (
+                f"{robot.joint_names[j]}: the load implies a gain {shift[j]:.0f} standard deviations away from what "
+                "was known before: these are the gains of another robot or of another signal"
+            )
+    change, change_sd = belief.fit.likelihood.estimate_changes(belief.fit.mode.load)
+    for j in np.flatnonzero(judged & (np.abs(change) > _MOST_CHANGE * np.maximum(change_sd, 1e-30))):
+        yield (
+            f"{robot.joint_names[j]}: the signal for the arm's own weight has changed by {100.0 * change[j]:+.1f} % "
+            f"since the empty run; usual changes stay within {100.0 * _MOST_CHANGE * change_sd[j]:.1f} %: the gains "
+            "of the two runs differ"
+        )
+    bound = _MOST_RESIDUAL[evidence.is_difference, evidence.is_repeated]
+    usual = np.maximum(torque_sd, _LEAST_SIGNAL * strength)
+    share = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * usual, 1e-30)
+    for j in np.flatnonzero(judged & (share > bound)):
+        signal = "the arm's own signal" if torque_sd[j] == usual[j] else "a typical signal of the arm"
+        left = f"leaves {100.0 * share[j]:.0f} % of {signal} unexplained"
+        yield (
+            f"{robot.joint_names[j]}: the load {left}, at most {100.0 * bound:.0f} % is usual: the sensor is wrong, "
+            "or signal and motion do not belong together"
+        )
+    yield from _judge_errors(belief, settings)
+    if evidence.is_difference and _leaves_much(belief):
+        yield from _compare_alternatives(robot, loaded, belief, before, settings)
+    yield from _judge_halves(loaded, belief, before, settings)
+
+
+def _judge_wrench(
+    loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Checks tare, mass, residual and halves of a fit to a wrist sensor, and yields one sentence per doubt."""
+    evidence = belief.fit.evidence
+    tare, tare_sd = evidence.phantom[0], np.sqrt(evidence.phantom_covariance[0, 0])
+    if tare < -_MOST_HALF_SDS * tare_sd:
+        yield f"the empty hand weighs {tare:.3g} kg: signs, gravity or the order of the forces are wrong"
+    yield from _judge_weighing(belief)
+    spread = evidence.samples.signal.std(axis=0)
+    for part, name, unit, least in zip(
+        (slice(3), slice(3, 6)), ("forces", "moments"), ("N", "N m"), _WRENCH_DRIFT, strict=True
+    ):
+        left, whole = (float(np.linalg.norm(each[part])) for each in (belief.noise_sd, spread))
+        if left > max(_MOST_WRENCH_RESIDUAL * whole, least):
+            yield (
+                f"{loaded.source}: the {name} vary by {whole:.3g} {unit}, of which {left:.3g} are left unexplained: "
+                "gravity, joints, times or the order of the columns are wrong"
+            )
+    yield from _judge_errors(belief, settings)
+    yield from _judge_halves(loaded, belief, before, settings)
+
+
+def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
+    """Compares the identified mass with the weighed one, unless that mass calibrated the gains."""
+    if belief.reference_mass is not None and belief.calibration is None:
+        apart = abs(belief.mass - belief.reference_mass)
+        if apart > max(_MOST_SHIFT * belief.mass_sd, _MOST_HALF_ERROR * belief.reference_mass):
+            yield (
+                f"{belief.reference_mass:g} kg was weighed, but {belief.mass:.3g} kg is found: units or scale are "
+                "wrong"
+            )
+
+
+def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> Iterator[str]:
+    """Compares the errors with those of the runs that calibrated the gains or show the empty arm."""
+    fit = belief.fit
+    bare = replace(fit.evidence, least_variance=np.zeros(1)).build_error_model(settings)
+    variance = bare.estimate_variance(fit.statistics, fit.weights)
+    before: Array = np.broadcast_to(fit.evidence.least_variance, variance.shape)
+    known = (before > 0.0) & (fit.statistics.counts >= _FEWEST_SAMPLES)
+    louder = np.divide(np.sqrt(variance), np.sqrt(before), out=np.zeros_like(variance), where=known)
+    if known.any() and (louder[known] < _LEAST_ERRORS).all():
+        yield (
+            f"the errors of all joints are at most {louder[known].max():.2g} times those of the earlier runs, at "
+            f"least {_LEAST_ERRORS:g} times is usual: are these commanded values instead of measured ones?"
+        )
+    for j in np.flatnonzero(louder > _MOST_ERRORS):
+        yield (
+            f"{belief.channel_names[j]}: errors are {louder[j]:.3g} times those of the earlier runs, at most "
+            f"{_MOST_ERRORS:g} times is usual: sensor or angles are wrong, or signal and motion do not belong "
+            "together"
+        )
+
+
+def _judge_halves(
+    loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Compares the masses of the two halves of the run, under the same gains or under those of the other half."""
+    if belief.calibration is not None:
+        halves = belief.halves
+        if (
+            halves is not None
+            and (np.abs(halves.error) > np.maximum(_MOST_HALF_ERROR, _MOST_HALF_SDS * halves.sd / halves.mass)).all()
+        ):
+            found = " and ".join(f"{mass:.3g}" for mass in halves.mass)
+            yield f"the gains of each half give {found} kg in the other, but {belief.reference_mass:g} kg was weighed"
+        return
+    evidence = belief.fit.evidence
+    middle = len(evidence.prepared.times) // 2
+    if middle < _SHORTEST_HALF * evidence.rate:
+        return
+    solid = SolidPrior.for_hand().with_common_factor(before.common_sd)
+    modes = []
+    for rows in (slice(middle), slice(middle, None)):
+        half = evidence.select(rows)
+        modes.append(fit_payload(half, build_channel_prior(half, before, settings), solid, settings).mode)
+    logarithms = np.array([mode.theta[0] for mode in modes])
+    apart = abs(logarithms[1] - logarithms[0]) / np.sqrt(sum(mode.covariance[0, 0] for mode in modes))
+    if apart > _MOST_APART:
+        first, second = np.exp(logarithms)
+        yield (
+            f"{loaded.source}: its first half shows {first:.3g} kg, its second {second:.3g} kg: part of the load was "
+            "lost, something was touched, or the sensors drifted"
+        )
+
+
+def _judge_gains(robot: SerialChain, belief: PayloadBelief, judged: Mask) -> Iterator[str]:
+    """Finds implausible gains among the judged joints, as far as the run determines them."""
+    evidence = belief.fit.evidence
+    if belief.calibration is not None:  # including the uncertainty of the body
+        gains, covariance = belief.calibration.mean, belief.calibration.covariance
+    else:
+        gains, covariance = belief.fit.likelihood.estimate_gains(belief.fit.mode.load)
+    typical = float(np.median(gains[:, 0]))
+    low, high = _USUAL_CURRENT_GAINS if evidence.kind is SignalKind.CURRENT else (0.0, np.inf)
+    for j in np.flatnonzero(judged):
+        gain, sd = gains[j, 0], np.sqrt(covariance[j, 0, 0])
+        found = f"{robot.joint_names[j]}: the gain is {gain:.3g} {evidence.kind.unit} per N m"
+        if gain + _MOST_SHIFT * sd < 0.0:
+            yield f"{found}, negative: signs or joints are wrong"
+        elif gain + _MOST_SHIFT * sd < low or gain - _MOST_SHIFT * sd > high:
+            yield f"{found}, {low:g} to {high:g} is usual: the signal has another unit"
+        elif (
+            belief.calibration is not None
+            and sd < 0.5 * typical
+            and not 1.0 / _MOST_UNLIKE_GAINS < gain / typical < _MOST_UNLIKE_GAINS
+        ):
+            yield f"{found}, the median {typical:.3g}: the sensor, its unit or the angle of this joint is wrong"
+
+
+def _leaves_much(belief: PayloadBelief) -> bool:
+    """Returns whether the fit leaves much of the load's signal unexplained at a joint that the load affects."""
+    load_sd = (belief.fit.evidence.samples.Y @ belief.parameters).std(axis=0)
+    turned = load_sd >= _LEAST_LOAD_TORQUE * load_sd.max()
+    left = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * load_sd, 1e-30)
+    return bool((left > _LARGE_RESIDUAL)[turned].any())
+
+
+def _compare_alternatives(
+    robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Tries two other interpretations: the opposite load, and neighbouring joints exchanged."""
+    if belief.calibration is not None:  # the gains follow from the interpretation that is tested
+        before = before.widen()
+    evidence = belief.fit.evidence
+    every = max(1, round(evidence.rate / _COMPARISON_RATE))
+    rows = slice(None, None, every)
+    thin = replace(evidence.select(rows), rate=evidence.rate / every, least_variance=np.zeros(1))
+    if (thin.samples.used.sum(axis=0) < _FEWEST_SAMPLES).all():
+        return
+
+    def measure(other: Evidence) -> float:
+        """Computes the mean logarithm of the joints' error variances."""
+        fit = fit_payload(other, build_channel_prior(other, before, settings), SolidPrior.for_hand(), settings)
+        return float(np.log(fit.long_run_variance[other.samples.used.sum(axis=0) >= _FEWEST_SAMPLES]).mean())
+
+    best = measure(thin) - np.log(_LEAST_IMPROVEMENT)
+    samples = thin.samples
+    if measure(replace(thin, samples=samples._replace(signal=-samples.signal))) < best:
+        yield (
+            f"{loaded.source}: the opposite of the load explains the runs better: the empty and the loaded run are "
+            "exchanged, or the signs are wrong"
+        )
+    names = robot.joint_names
+    for j in range(robot.num_joints - 1):
+        order = np.arange(robot.num_joints)
+        order[[j, j + 1]] = order[[j + 1, j]]
+        exchanged = thin.prepared._replace(
+            q=thin.prepared.q[:, order],
+            v=thin.prepared.v[:, order],
+            vdot=thin.prepared.vdot[:, order],
+            signal=samples.signal[:, order],
+        )
+        other = build_evidence(robot, loaded.source, thin.kind, exchanged, settings, analysis="", is_difference=True)
+        if measure(replace(other, rate=thin.rate)) < best:
+            yield f"{loaded.source}: exchanging {names[j]} and {names[j + 1]} explains the load better"
+
+
+def _compute_strength(robot: SerialChain) -> float:
+    """Computes the gravity torque of the strongest joint, root mean square over all postures, [N m]."""
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (_NUM_POSTURES, robot.num_joints))
+    torque = robot.compute_arm_torques(q, np.zeros_like(q), np.zeros_like(q))
+    return max(float(np.sqrt((torque**2).mean(axis=0)).max()), 1e-9)

@@ -18,8 +18,7 @@ from affordance.extensions.payload.evidence.gains import Gains, arrange_gains, b
 from affordance.extensions.payload.evidence.paired_runs import build_paired_evidence
 from affordance.extensions.payload.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.extensions.payload.evidence.wrist_sensor import build_wrist_evidence
-from affordance.extensions.payload.excitation.more_motion import suggest_motion, suggest_run
-from affordance.extensions.payload.excitation.next_posture import suggest_posture
+from affordance.extensions.payload.excitation.more_motion import suggest_motion, suggest_posture, suggest_run
 from affordance.extensions.payload.posterior.calibration import (
     SCALE_SD,
     calibrate_gains,

@@ -4,8 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.extensions.payload.evidence.joint_statistics import SIGNAL
-from affordance.extensions.payload.posterior.marginals import describe_bodies
-from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
+from affordance.extensions.payload.posterior.payload_belief import PayloadBelief, describe_bodies
 from affordance.extensions.payload.posterior.payload_fit import PayloadFit
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import label

@@ -6,8 +6,7 @@ import numpy as np
 
 from affordance.extensions.payload.payload_claim import Claim, ClaimVerdict
 from affordance.extensions.payload.payload_setting import PayloadSetting, format_payload, show_number
-from affordance.extensions.payload.posterior.marginals import COM, UNITS
-from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
+from affordance.extensions.payload.posterior.payload_belief import COM, UNITS, PayloadBelief
 from affordance.extensions.robots.flange import Flange
 from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.reporting.formatting import break_line

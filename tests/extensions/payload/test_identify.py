@@ -13,7 +13,7 @@ from affordance.extensions.payload.evidence.gains import build_nominal_gains
 from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.posterior.calibration import estimate_gains
 from affordance.extensions.payload.posterior.log_cholesky import is_possible
-from affordance.extensions.payload.posterior.marginals import describe_bodies
+from affordance.extensions.payload.posterior.payload_belief import describe_bodies
 from affordance.extensions.payload.recording.preparation import prepare
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 

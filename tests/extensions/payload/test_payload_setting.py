@@ -16,7 +16,7 @@ from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInerti
 from scipy.spatial.transform import Rotation
 
 from affordance.extensions.payload.payload_setting import PayloadSetting, format_payload, read_payload, show_number
-from affordance.extensions.payload.posterior.marginals import describe_bodies
+from affordance.extensions.payload.posterior.payload_belief import describe_bodies
 from affordance.objects.inertia import parameters_from_spatial_inertia, spatial_inertia_from_parameters
 
 _VALUES = describe_bodies(PAYLOAD[None])[0]

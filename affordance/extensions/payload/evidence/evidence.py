@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from affordance.arrays import Array
 from affordance.extensions.payload.evidence.joint_statistics import (
@@ -17,12 +18,45 @@ from affordance.extensions.payload.evidence.joint_statistics import (
     JointStatistics,
     compute_statistics,
 )
-from affordance.extensions.payload.evidence.rest_errors import estimate_variance_at_rest
 from affordance.extensions.payload.recording.preparation import PreparedRun
 from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.serial_chain import ChainDynamics, SerialChain
+
+# Numbers of unknowns that postures determine: the offset of a channel; mass and first moment; and three each for the
+# forces and the moments of a wrist sensor, which include the two angles of gravity.
+_OFFSET, _OF_LOAD, _OF_WRENCH = 1.0, 4.0, 3.0
+# Weight of the mean variance of similar channels, as a number of postures added to a channel's own.
+_SHRINKAGE = 4.0
+_LEVEL, _NORMAL = 0.95, 1.6448536  # upper end of a 90 % interval, as a quantile and in normal SDs
+
+
+def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike: tuple[slice, ...]) -> Array:
+    """Estimates the variance of each channel's error from the residual of a few postures, shape (C,).
+
+    A posture counts as one sample, because its error persists as long as it is held. Each channel's variance is
+    shrunk towards the mean over channels with similar errors, and widened so that a normal error has the 90 %
+    interval of Student's t.
+
+    Args:
+        statistics: Sums over the postures.
+        weights: Weights w of the residual w^T z, shape (C, 26).
+        alike: Groups of channels with errors of similar size.
+    """
+    variance = np.empty(statistics.num_channels)
+    squares = statistics.sum_squares(weights)
+    shared = _OF_LOAD if len(alike) == 1 else _OF_WRENCH
+    for group in alike:
+        counts = statistics.counts[group]
+        freedom = np.maximum(counts - _OFFSET - shared / len(counts), 0.0)
+        mean = squares[group].sum() / max(freedom.sum(), 1.0)
+        sure = freedom + _SHRINKAGE
+        widening = scipy.special.stdtrit(np.minimum(sure, max(freedom.sum(), 1.0)), _LEVEL) / _NORMAL
+        variance[group] = widening**2 * (squares[group] + _SHRINKAGE * mean) / sure
+    result: Array = np.maximum(variance, np.finfo(float).tiny)
+    return result
+
 
 # Degrees of freedom that the fit removes from the residual: ten shared by all channels, and those of each channel's
 # friction.
@@ -42,10 +76,6 @@ class ErrorModel(NamedTuple):
     # Groups of channels with errors of similar size, if the arm was held at rest in a few postures; empty if it
     # moved.
     alike_at_rest: tuple[slice, ...] = ()
-
-    def can_estimate(self, statistics: JointStatistics) -> bool:
-        """Returns whether some channel has enough samples to estimate its errors from the residual."""
-        return bool((statistics.counts > _count_fitted(statistics)).any())
 
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
         """Estimates the long-run variance of each channel's error from the residual w^T z, w (C, 26); shape (C,).

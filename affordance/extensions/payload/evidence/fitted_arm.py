@@ -169,12 +169,6 @@ class ArmRegression:
         return (columns * used[..., None]).transpose(1, 0, 2), used
 
 
-def predict_friction(fitted: FittedArm, v: Array, vdot: Array, tau_file: Array) -> Array:
-    """Predicts friction and rotor torques at one state from v, vdot and file torques, shape (n,), [N m]."""
-    torque: Array = (_list_friction(v, vdot, tau_file) * fitted.friction).sum(axis=-1)
-    return torque
-
-
 def _list_friction(v: Array, vdot: Array, tau_file: Array) -> Array:
     """Builds the columns of friction and rotor inertia, shape (..., n, 7)."""
     direction = np.sign(v)

@@ -1,4 +1,4 @@
-"""Sufficient statistics of a run for its payload, channel by channel: sums of products, exact and recursive.
+"""Sufficient statistics of a run for its payload, channel by channel: exact sums of products.
 
 A channel is a joint whose torque (or current) is measured, or one of the six components of a wrist sensor. Its signal
 is modelled as
@@ -94,31 +94,6 @@ class JointStatistics:
         whole: Array = np.einsum("ci,cij,cj->c", w, self.block_products, w)
         unfinished: Array = np.einsum("ci,ci->c", w, self.block_sum) ** 2
         return whole + unfinished
-
-
-class RunningSums(NamedTuple):
-    """Sums of JointStatistics as mutable arrays, updated sample by sample."""
-
-    products: Array  # (C, 26, 26)
-    block_products: Array  # (C, 26, 26)
-    block_sum: Array  # (C, 26)
-    counts: Array  # (C + 1,), the last one counts all rows
-
-    def add(self, z: Array, used: Mask, block_length: int) -> None:
-        """Adds one sample, given its columns of shape (C, 26), which are zero where it is not used."""
-        self.products[:] += z[:, :, None] * z[:, None, :]
-        self.block_sum[:] += z
-        self.counts[:-1] += used
-        self.counts[-1] += 1.0
-        if self.counts[-1] % block_length == 0.0:
-            self.block_products[:] += self.block_sum[:, :, None] * self.block_sum[:, None, :]
-            self.block_sum[:] = 0.0
-
-    def freeze(self, block_length: int) -> JointStatistics:
-        """Returns the sums so far as statistics."""
-        return JointStatistics(
-            self.products, self.block_products, self.block_sum, self.counts[:-1], block_length, int(self.counts[-1])
-        )
 
 
 def compute_statistics(samples: ChannelSamples, block_length: int) -> JointStatistics:

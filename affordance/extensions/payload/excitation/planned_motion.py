@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import NamedTuple, override
 
 import numpy as np
-from pydrake.trajectories import PiecewisePolynomial
 from scipy.linalg import null_space
 
 from affordance.arrays import Array
@@ -179,13 +178,6 @@ def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array)
 def to_motion(times: Array, q: Array, v: Array, vdot: Array) -> PreparedRun:
     """Builds a motion without a signal from q, v and vdot, shape (N, n) each."""
     return PreparedRun(times, q, v, vdot, np.zeros_like(q), 0.0)
-
-
-def to_trajectory(motion: PreparedRun) -> PiecewisePolynomial:
-    """Converts a motion to a Drake trajectory of its angles and velocities, cubic between samples."""
-    breaks = motion.times.tolist()
-    trajectory: PiecewisePolynomial = PiecewisePolynomial.CubicHermite(breaks, list(motion.q.T), list(motion.v.T))
-    return trajectory
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
-from affordance.extensions.payload.evidence.body_likelihood import BodyLikelihood
-from affordance.extensions.payload.evidence.payload_likelihood import PayloadLikelihood, factor
+from affordance.extensions.payload.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, factor
 from affordance.extensions.payload.posterior.body_posterior import WeightedBodies, normalise
 from affordance.extensions.payload.posterior.log_cholesky import is_possible
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_transform_map, compute_point_parameters

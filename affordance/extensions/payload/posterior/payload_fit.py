@@ -135,7 +135,6 @@ def fit_statistics(
     prior: ChannelPrior,
     solid: SolidPrior,
     start: Array | None = None,
-    max_iterations: int = _MAX_ITERATIONS,
 ) -> tuple[PayloadLikelihood, Mode, Array, Array]:
     """Fits the most probable body and the noise variances, alternately, to a fixed point.
 
@@ -150,7 +149,7 @@ def fit_statistics(
     theta = guess_theta(likelihood, solid) if start is None else start
     load = parameters_from_theta(theta)
     variance = errors.estimate_variance(statistics, likelihood.build_residual_weights(load))
-    for _ in range(max_iterations):
+    for _ in range(_MAX_ITERATIONS):
         likelihood = PayloadLikelihood(statistics, prior, variance)
         mode = improve_mode(likelihood, solid, theta, load)
         step, theta, load = mode.theta - theta, mode.theta, mode.load

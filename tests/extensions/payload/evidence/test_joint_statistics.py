@@ -1,10 +1,7 @@
-from dataclasses import FrozenInstanceError
-
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
 
-from affordance.extensions.payload.evidence.joint_statistics import NUM_COLUMNS, RunningSums, compute_statistics
+from affordance.extensions.payload.evidence.joint_statistics import compute_statistics
 
 _BLOCK = 7
 
@@ -21,16 +18,3 @@ def test_sums_of_squares_are_those_of_the_residual(samples, rng):
     blocks = np.add.reduceat(residual, np.arange(0, len(residual), _BLOCK), axis=0)
     assert_allclose(sums.sum_block_squares(weights), (blocks**2).sum(axis=0), rtol=1e-12)
     assert_allclose(sums.counts, samples.used.sum(axis=0))
-
-
-def test_one_sample_after_the_other_gives_what_the_whole_gives(samples):
-    square = np.zeros((3, NUM_COLUMNS, NUM_COLUMNS))
-    running = RunningSums(square, square.copy(), np.zeros((3, NUM_COLUMNS)), np.zeros(4))
-    z = samples.build_columns()
-    for k in range(60):
-        running.add(z[:, k], samples.used[k], _BLOCK)
-    whole, one_by_one = compute_statistics(samples, _BLOCK), running.freeze(_BLOCK)
-    for name in ("products", "block_products", "block_sum", "counts"):
-        assert_allclose(getattr(one_by_one, name), getattr(whole, name), rtol=1e-9, atol=1e-12)
-        with pytest.raises(FrozenInstanceError):
-            setattr(whole, name, np.zeros(3))

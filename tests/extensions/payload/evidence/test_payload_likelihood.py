@@ -10,9 +10,8 @@ from scipy.stats import chi2, f, multivariate_normal
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import Quadratic
-from affordance.extensions.payload.evidence.body_likelihood import BodyLikelihood
 from affordance.extensions.payload.evidence.joint_statistics import ChannelSamples, compute_statistics
-from affordance.extensions.payload.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.extensions.payload.evidence.payload_likelihood import BodyLikelihood, ChannelPrior, PayloadLikelihood
 
 _CHANNELS = 3
 

@@ -9,7 +9,6 @@ from affordance.extensions.payload.excitation.planned_motion import (
     PostureFamily,
     compute_tip_speed,
     list_times,
-    to_trajectory,
 )
 
 
@@ -42,14 +41,6 @@ def test_rates_are_derivatives(family, rng):
     step = motion.times[1]
     np.testing.assert_allclose(np.gradient(motion.q, step, axis=0)[1:-1], motion.v[1:-1], atol=2e-3)
     np.testing.assert_allclose(np.gradient(motion.v, step, axis=0)[2:-2], motion.vdot[2:-2], atol=0.15)
-
-
-def test_drake_trajectory_is_the_motion(family, rng):
-    motion = draw(family, 1, rng)[0]
-    trajectory = to_trajectory(motion)
-    np.testing.assert_allclose(trajectory.vector_values(motion.times.tolist()).T, motion.q, atol=1e-9)
-    velocities = trajectory.derivative(1).vector_values(motion.times[:-1].tolist()).T
-    np.testing.assert_allclose(velocities, motion.v[:-1], atol=1e-9)
 
 
 def test_each_posture_is_swept_through_both_ways(robot, limits):

@@ -2,21 +2,26 @@ import numpy as np
 import pytest
 from helpers.generated_runs import build_likelihood
 from numpy.testing import assert_allclose
+from scipy.stats import kstest, multivariate_normal, multivariate_t
+from scipy.stats.qmc import Sobol, discrepancy
 
-from affordance.extensions.payload.evidence.body_likelihood import BodyLikelihood
 from affordance.extensions.payload.evidence.joint_statistics import ChannelSamples, compute_statistics
-from affordance.extensions.payload.evidence.payload_likelihood import PayloadLikelihood
+from affordance.extensions.payload.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood
 from affordance.extensions.payload.posterior import body_posterior
 from affordance.extensions.payload.posterior.body_posterior import (
+    MAX_DIMENSION,
     Mode,
+    Proposal,
     WeightedBodies,
     draw_bodies,
+    draw_even_points,
     guess_theta,
     improve_mode,
+    list_directions,
     measure_step,
 )
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta, theta_from_parameters
-from affordance.extensions.payload.posterior.marginals import describe_bodies, summarise
+from affordance.extensions.payload.posterior.payload_belief import describe_bodies, summarise
 from affordance.extensions.payload.posterior.solid_prior import Normals, SolidPrior
 
 _VARIANCE = 0.2
@@ -159,3 +164,97 @@ def test_effective_size_of_equal_independent_samples_is_their_number(rng):
     # Each of 40 samples ten times over is 40 samples.
     again = WeightedBodies(np.repeat(pi[:40], 10, axis=0), bodies.weights, np.repeat(np.arange(40), 10))
     assert again.effective_size == pytest.approx(40.0)
+
+
+def test_direction_numbers_are_those_of_scipy() -> None:
+    points = Sobol(MAX_DIMENSION, scramble=False, bits=30).random_base2(9)
+    for dimension in range(MAX_DIMENSION):
+        values = np.zeros(1, dtype=int)
+        for direction in list_directions(dimension)[:9]:
+            values = np.concatenate([values, values ^ direction])
+        np.testing.assert_array_equal(np.sort(values / 2.0**30), np.sort(points[:, dimension]))
+    # Pairs of coordinates, too: SciPy has the same points in another order.
+    own = np.array([_list_plain(dimension, 9) for dimension in range(MAX_DIMENSION)]).T
+    assert {tuple(row) for row in own} == {tuple(row) for row in points}
+
+
+def _list_plain(dimension: int, levels: int) -> np.ndarray:
+    values = np.zeros(1, dtype=int)
+    for direction in list_directions(dimension)[:levels]:
+        values = np.concatenate([values, values ^ direction])
+    return values / 2.0**30
+
+
+def test_every_beginning_is_as_even_as_those_of_scipy_and_evener_than_chance() -> None:
+    for num_points in (256, 300):
+        ours = np.mean([discrepancy(draw_even_points(np.random.default_rng(s), num_points, 5)) for s in range(8)])
+        theirs = np.mean([discrepancy(Sobol(5, rng=s).random_base2(9)[:num_points]) for s in range(8)])
+        chance = np.mean([discrepancy(np.random.default_rng(s).random((num_points, 5))) for s in range(8)])
+        assert ours < 1.5 * theirs
+        assert ours < 0.5 * chance
+
+
+@pytest.mark.parametrize("row", [0, 5])
+def test_a_point_is_uniformly_distributed_over_seeds(row: int) -> None:
+    drawn = np.array([draw_even_points(np.random.default_rng(seed), 6, 2)[row] for seed in range(600)])
+    assert drawn.min() > 0.0
+    assert drawn.max() < 1.0
+    for column in drawn.T:
+        assert kstest(column, "uniform").pvalue > 1e-4
+
+
+@pytest.fixture
+def proposal(rng):
+    solid = SolidPrior.for_hand()
+    kinds = Normals(solid.kinds.means + 0.1, 0.1 * solid.kinds.covariances)
+    return Proposal.build(kinds, np.array([0.0, -1.0, 1.0, -50.0]), solid)
+
+
+def _compute_log_density(proposal, theta):
+    return proposal.compute_log_density(theta, proposal.prior.compute_log_density(theta))
+
+
+def test_density_is_that_of_the_t_distributions_and_the_prior(proposal):
+    theta = proposal.draw(np.random.default_rng(1), 40)
+    about = sum(
+        share * multivariate_t(mean, shape, df=8.0).pdf(theta)
+        for share, mean, shape in zip(proposal.shares, proposal.kinds.means, proposal.kinds.covariances, strict=True)
+    )
+    kinds = proposal.prior.kinds
+    prior = np.mean([multivariate_normal(*k).pdf(theta) for k in zip(kinds.means, kinds.covariances, strict=True)], 0)
+    log_density = _compute_log_density(proposal, theta) - 5.0 * np.log(2.0 * np.pi)
+    assert_allclose(log_density, np.log(0.95 * about + 0.05 * prior), rtol=1e-8)
+
+
+@pytest.mark.parametrize("num", [4000, 8000])
+def test_samples_are_those_of_the_density(proposal, num):
+    """Samples weighted by the prior's density over their own have the prior's moments, by either way to draw them."""
+    theta = proposal.draw(np.random.default_rng(2), num)
+    weights = np.exp(proposal.prior.compute_log_density(theta) - _compute_log_density(proposal, theta))
+    assert theta.shape == (num, 10)
+    assert np.mean(weights) == pytest.approx(1.0, abs=5.0 * weights.std() / np.sqrt(num))
+    sd = np.sqrt(np.diag(proposal.prior.covariance))
+    error = (weights[:, None] * (theta - proposal.prior.mean) / sd).std(axis=0) / np.sqrt(num)
+    assert (np.abs(weights @ (theta - proposal.prior.mean) / num / sd) < 5.0 * error).all()
+    assert weights.max() < 21.0  # the prior's share bounds them
+
+
+def test_refit_moves_to_the_samples_kind_by_kind(proposal):
+    rng, solid = np.random.default_rng(3), proposal.prior
+    target = Normals(proposal.kinds.means, 0.05 * solid.kinds.covariances)
+    theta = np.concatenate(
+        [
+            target.means[k] + rng.standard_normal((count, 10)) @ target.roots[k].T
+            for k, count in ((0, 3000), (2, 1000))
+        ]
+    )
+    weights = np.full(4000, 1.0 / 4000)
+    refitted = proposal.refit(theta, weights)
+    far = _compute_log_density(proposal, theta).mean()
+    assert _compute_log_density(refitted, theta).mean() > far
+    assert refitted.shares[0] > 0.5 > refitted.shares[2] > 0.15
+    assert_allclose(refitted.shares.sum(), 1.0)
+    assert (np.linalg.eigvalsh(refitted.kinds.covariances) > 0.0).all()
+    few = proposal.refit(theta, np.where(np.arange(4000) < 20, 0.05, 0.0))
+    assert_allclose(few.kinds.means, proposal.kinds.means)
+    assert few.shares[0] > 0.5

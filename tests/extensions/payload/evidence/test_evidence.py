@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
+from affordance.extensions.payload.evidence.evidence import estimate_variance_at_rest
 from affordance.extensions.payload.evidence.joint_statistics import SIGNAL, ChannelSamples, compute_statistics
-from affordance.extensions.payload.evidence.rest_errors import estimate_variance_at_rest
 
 _WEIGHTS = np.tile(np.eye(26)[SIGNAL], (6, 1))
 
