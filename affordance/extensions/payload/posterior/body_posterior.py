@@ -26,8 +26,8 @@ from affordance.extensions.payload.posterior.solid_prior import Normals, SolidPr
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
 # Sobol points with the direction numbers of Joe & Kuo (2008, SIAM J. Sci. Comput. 30:2635): inner coefficients of the
-# primitive polynomial, and first direction numbers, of each dimension after the first. SciPy draws the same points, but
-# its statistics package takes half a second to import.
+# primitive polynomial, and first direction numbers, of each dimension after the first. SciPy draws the same points,
+# but its statistics package takes half a second to import.
 _POLYNOMIALS = (
     (0, (1,)),
     (1, (1, 3)),
