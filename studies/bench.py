@@ -280,7 +280,7 @@ def measure_observers() -> list[Row]:
 
 def _time_lifts(learner: Learner) -> Row:
     setup, count = Setup().change(learner=learner), 1000
-    tools = linear.read("linear_plus_plus", setup)
+    tools = linear.make_objects("linear_plus_plus")
     lifter = StaticLifter(tools, setup.settings)
     order = np.array([*range(len(tools) - 1)] * 4 + [len(tools) - 1] * 2)
     errors = lifter.draw_errors([(0, number) for number in range(count)], len(order))

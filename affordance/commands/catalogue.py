@@ -126,13 +126,6 @@ _EXPERIMENTS = {
     "vision": ("affordance.extensions.pixels.experiments.vision", "EXPERIMENT"),
     "linear_plus": (f"{_PEOPLE}.linear", "LINEAR_PLUS"),
     "linear_plus_plus": (f"{_PEOPLE}.linear", "LINEAR_PLUS_PLUS"),
-    "spoilt_family": (f"{_PEOPLE}.spoilt_family", "EXPERIMENT"),
-    "two_families": (f"{_PEOPLE}.two_families", "EXPERIMENT"),
-    "next_lift": ("affordance.extensions.advice.experiments.next_lift", "EXPERIMENT"),
-    "ladder": (f"{_PEOPLE}.ladder", "EXPERIMENT"),
-    "two_ends": (f"{_PEOPLE}.two_ends", "EXPERIMENT"),
-    "shallow_family": (f"{_PEOPLE}.shallow_family", "EXPERIMENT"),
-    "illusions": (f"{_PEOPLE}.illusions", "EXPERIMENT"),
 }
 EXPERIMENTS = tuple(_EXPERIMENTS)
 # Words that can be used without ``run``, as in ``affordance weight``.

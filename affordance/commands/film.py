@@ -12,7 +12,7 @@ from affordance.commands.setups import check_experiment, read_setup
 from affordance.reporting.film import check_film, write_film
 from affordance.reporting.replay import Replay
 
-_FILMED = ("weight", "com", "reach", "hammer", "next_lift")
+_FILMED = ("weight", "com", "reach", "hammer")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -24,7 +24,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 def run(setup: Setup) -> Results:
     """Runs it."""
-    lifts = run_lifts("after_the_odd_one", setup, linear.read("linear_plus_plus", setup), linear.design)
+    lifts = run_lifts("after_the_odd_one", setup, linear.make_objects("linear_plus_plus"), linear.design)
     numbers = summarise_lifts(lifts, measure, setup)
     found = numbers["learners"]["density"]
     return Results(

@@ -23,7 +23,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 def run(setup: Setup) -> Results:
     """Runs it."""
-    lifts = run_lifts("cycles_24_to_30", setup, linear.read("linear_plus", setup), linear.design)
+    lifts = run_lifts("cycles_24_to_30", setup, linear.make_objects("linear_plus"), linear.design)
     numbers = summarise_lifts(lifts, measure, setup)
     found = numbers["learners"]["kinds_drawn"]
     return Results(

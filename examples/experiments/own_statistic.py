@@ -37,7 +37,7 @@ def draw(lifts: pd.DataFrame) -> Figure:
 
 def run(setup: Setup) -> Results:
     """Runs it."""
-    lifts = run_lifts("own_statistic", setup, linear.read("linear_plus", setup), linear.design)
+    lifts = run_lifts("own_statistic", setup, linear.make_objects("linear_plus"), linear.design)
     numbers = summarise_lifts(lifts, measure, setup)
     return Results(
         title="Slope of force over weight",

@@ -26,7 +26,7 @@ def has_learned(lifts: pd.DataFrame) -> bool:
 
 def collect(setup: Setup) -> tuple[pd.DataFrame, int]:
     """Tests observers until as many have learned as were asked for; none is run twice."""
-    tools, tested = linear.read("linear_plus_plus", setup), setup.observers
+    tools, tested = linear.make_objects("linear_plus_plus"), setup.observers
     while True:
         more = replace(setup, observers=tested)
         lifts = run_lifts("replaced_participants", more, tools, linear.design, [KINDS_DRAWN])

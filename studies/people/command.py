@@ -91,7 +91,7 @@ def compare_volumes(setup: Setup, volumes: Sequence[float]) -> int:
     for learner in _LEARNERS:
         found: list[Array] = []
         for factor in volumes:
-            tools = [scale_volume(tool, factor) for tool in linear.read("linear_plus_plus", setup)]
+            tools = [scale_volume(tool, factor) for tool in linear.make_objects("linear_plus_plus")]
             fractions = simulate_fractions(setup.change(learner=learner), tools, f"volume {factor:g}")
             se = fractions.std(ddof=1) / np.sqrt(setup.observers)
             print(f"{learner.name}: volumes times {factor:g}: f {fractions.mean():.4f} +- {se:.4f}")

@@ -23,8 +23,7 @@ from affordance.experiments.shared.holds import compute_volume
 from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.experiments.lifts import lift
-from affordance.extensions.people.experiments.linear import Group
-from affordance.extensions.people.experiments.people import Published
+from affordance.extensions.people.experiments.linear import Group, Published
 from affordance.objects.tool import Tool
 from affordance.runs.repeats import run_tasks
 
@@ -127,6 +126,6 @@ def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list
 
 def simulate_and_fit(setup: Setup, kappas: Array, people: list[Fraction]) -> KappaFit:
     """Simulates both groups at each kappa with the setup's learner, and fits kappa to people."""
-    groups = [linear.read(name, setup) for name in linear.GROUPS]
+    groups = [linear.make_objects(name) for name in linear.GROUPS]
     found = np.array([[simulate_fraction(setup, tools, float(kappa)) for tools in groups] for kappa in kappas])
     return fit_kappa(kappas, found[..., 0], found[..., 1], people)

@@ -97,7 +97,7 @@ def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, t
     own = own.change(**{each.name: float(values[0, i]) for i, each in enumerate(free)})
     # Seeds of orders, errors and pushes include the observer's number.
     setup = Setup(seed=config.seed + 1 + number, settings=LiftSettings(learner=own, participant=known))
-    tools = tuple(linear.read(_GROUP, setup))
+    tools = tuple(linear.make_objects(_GROUP))
     names = [tool.name for tool in tools]
     data = lift(setup, tools, linear.design, [0])[0].isel(lift=slice(config.lifts[-1]))
     objects = np.array([names.index(each) for each in data.object.values])

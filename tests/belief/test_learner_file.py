@@ -142,8 +142,8 @@ def weight_settings(learner):
 
 def test_command_line_runs_an_experiment_of_the_arm_and_one_of_lifts(tmp_path):
     said = ("--repeats", 2, "--jobs", 1, "--out", tmp_path, "--learner", FORGETTING, "--set", "learner.drift=50")
-    answer("run", "spoilt_family", *said)
-    numbers = json.loads((tmp_path / "spoilt_family" / "metrics.json").read_text())
+    answer("run", "linear_plus", *said)
+    numbers = json.loads((tmp_path / "linear_plus" / "metrics.json").read_text())
     assert [*numbers["learners"]] == [*LEARNERS, "Forgetting"]
     assert {"learner": "Forgetting", "learner.drift": 50.0}.items() <= numbers["setup"]["settings"].items()
     assert weight.run(Setup(observers=2, out=tmp_path).change(learner=load_learner(FORGETTING))).numbers

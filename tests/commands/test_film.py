@@ -36,7 +36,7 @@ def test_a_film_of_one_observer_is_written(tmp_path, monkeypatch, weight):
     [
         (("weight", "out.avi"), "FILE: suffix: is '.avi', must be one of .gif, .webm, .mp4"),
         (("weihgt", "out.gif"), "did you mean 'weight'?"),
-        (("vision", "out.gif"), "must be one of weight, com, reach, hammer, next_lift"),
+        (("vision", "out.gif"), "must be one of weight, com, reach, hammer"),
         (("weight",), "file: is missing"),
         (("weight", "out.gif", "--slower", "0"), "--slower: is 0.0, must be from 0.1 to 100"),
         (("weight", "out.gif", "--seconds", "nan"), "--seconds: is nan"),

@@ -28,7 +28,7 @@ from helpers.refusals import refuse_command
         ("run --set prior.sd=1 --set prior.sd=2", "--set: prior.sd: is given twice"),
         ("run --set prior.sb=3", "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.dev"),
         ("run weight --set prior.sd=-1", "settings: prior.sd: is -1, must be from 0.001 to 1e+12"),
-        ("predict two_families --set prior.sb=1", "settings: prior.sb: is 'prior.sb', must be one of prior.mode"),
+        ("predict linear_plus --set prior.sb=1", "settings: prior.sb: is 'prior.sb', must be one of prior.mode"),
         ("run --set faults.stuck_joint=knee", "stuck_joint: is 'knee', must be one of shoulder_azimuth"),
         ("run linear_plus --set noise.model=white", "noise: is WhiteNoise, must be WeberNoise for lifts"),
         ("run --vision ears", "--vision: is 'ears', must be one of features, pixels"),
@@ -44,7 +44,6 @@ from helpers.refusals import refuse_command
             "run linear_plus --learner density",
             "--learner: has no effect on linear_plus, which always simulates",
         ),
-        ("run next_lift --set learner=kinds_map", "--learner: has no effect on next_lift"),
         (
             "predict weight --set learner=kinds_map",
             "--learner: has no effect on predict, which always simulates density, kinds_map, kinds_drawn",

@@ -16,13 +16,12 @@ from helpers.robustness_runs import CONTRADICTED
 from helpers.shipped_runs import NAMES
 
 from affordance.belief.kinds_learner import Kinds, Pick
-from affordance.belief.learners import DENSITY, KINDS_MAP, LEARNERS
+from affordance.belief.learners import LEARNERS
 from affordance.commands.catalogue import find_experiment
 from affordance.experiments import com, weight
 from affordance.experiments.shared import experience
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.advice.experiments import next_lift
-from affordance.extensions.people.experiments import ladder, linear
+from affordance.extensions.people.experiments import linear
 from affordance.extensions.pixels.camera_sensor import CameraSensor
 from affordance.extensions.pixels.experiments import vision
 from affordance.named_settings import change_settings
@@ -36,8 +35,8 @@ NO_SAMPLES = {"faults": Faults(drop_probability=1.0)}
 # A threshold of torque below which lies whatever is held, [N m].
 NUMB = change_settings(DEFAULT_SETTINGS, {"noise.threshold": 50.0})
 DENSER = change_settings(DEFAULT_SETTINGS, {"prior.mode": 20_000.0})
-# Breadths of a category by which everything is of one kind, and everything of a kind of its own.
-ONE_KIND, OWN_KINDS = 8.0, 0.02
+# Breadth of a category by which everything is of a kind of its own.
+OWN_KINDS = 0.02
 
 
 def widen(patch: pytest.MonkeyPatch, kappa: float) -> None:
@@ -70,32 +69,7 @@ def lift(group: str, patch: pytest.MonkeyPatch, setup: Setup, *, kappa: float | 
     patch.setattr(linear, "MIXED", 16)
     if kappa is not None:
         widen(patch, kappa)
-    return [*linear.run(group, setup).claims]
-
-
-def lift_all_as_one_kind(name: str, patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
-    widen(patch, ONE_KIND)
-    return [*find_experiment(name).run(setup).claims]
-
-
-def lift_without_doubts(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
-    """What one observer of two learners lifts next for the sake of one tool, if nothing felt is doubted."""
-    things, tools = next_lift.read(setup)
-    patch.setattr(next_lift, "read", lambda setup: (things, tools[:1]))
-    patch.setattr(next_lift, "list_felt", lambda *arguments: {})
-    learners = (DENSITY, KINDS_MAP)
-    data = [next_lift.observe(setup.change(learner=each), things, 0).expand_dims("observer") for each in learners]
-    numbers = [next_lift.summarise(next_lift.measure(each, things)) for each in data]
-    return next_lift.judge({each.name: found for each, found in zip(learners, numbers, strict=True)})
-
-
-def hold_on_every_rung(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
-    """The ladder by holds of 0.6 s, with two rods."""
-    patch.setattr(ladder, "DURATION", 0.6)
-    held = {arm: [*tools[:1], *tools[3:]] for arm, tools in ladder.read(setup).items()}
-    patch.setattr(ladder, "read", lambda setup: held)
-    data = ladder.collect(setup)
-    return ladder.judge({arm: ladder.summarise(data.sel(arm=arm)) for arm in ladder.ARMS})
+    return [*find_experiment(group).run(setup).claims]
 
 
 def see_slowly_and_too_small(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
@@ -143,15 +117,6 @@ CHANGED: Mapping[str, Mapping[str, tuple[Run, dict[str, object], str]]] = {
             "first_lift fraction",
         )
     },
-    "spoilt_family": {"one kind": (functools.partial(lift_all_as_one_kind, "spoilt_family"), {}, "apart")},
-    "two_families": {"one kind": (functools.partial(lift_all_as_one_kind, "two_families"), {}, "apart")},
-    "next_lift": {
-        "nobody doubts what was felt": (lift_without_doubts, {}, "like_next brass_last three_lifts"),
-    },
-    "ladder": {
-        "no samples": (hold_on_every_rung, NO_SAMPLES, "own_memory look decoys infant"),
-        "denser prior": (hold_on_every_rung, {"prior": DENSER.prior}, "nothing_remembered look decoys"),
-    },
     "vision": {
         "slow detector of objects a quarter larger than seen": (
             see_slowly_and_too_small,
@@ -165,8 +130,6 @@ NOT_MET = {
     "com": {"mass_and_com"},
     "reach": {"increases", "learned"},
     "hammer": {"after_one", "after_two"},
-    "spoilt_family": {"apart"},
-    "ladder": {"decoys"},
     "vision": {"coverage", "time"},
 }
 

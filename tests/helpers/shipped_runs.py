@@ -22,15 +22,12 @@ from affordance.experiments import hammer, reach
 from affordance.experiments.shared import observers
 from affordance.experiments.shared.observers import Setup
 from affordance.experiments.shared.results import write_results
-from affordance.extensions.advice.experiments import next_lift
-from affordance.extensions.people.experiments import ladder
 from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
 from affordance.reporting.claims import ClaimResult
 
 OBSERVERS = 2
-# Designs that nobody has done yet have no kept numbers.
-NAMES = [name for name in EXPERIMENTS if name not in ("two_ends", "shallow_family", "illusions")]
+NAMES = EXPERIMENTS
 KEPT = Path(__file__).parents[1] / "experiments" / "kept"
 # What a clock says.
 _NOT_KEPT = "ms_per_object"
@@ -61,8 +58,7 @@ def run_shipped(name: str, out: Path) -> Run:
     """Runs a shipped experiment with two observers, and writes its results.
 
     Simulations III and IV are about the first two of their tools, whose parts are moved in two ways only for the
-    number that says what moving them changes; what is lifted next is chosen by a quarter of the samples,
-    and rods of the ladder are held for 0.6 s.
+    number that says what moving them changes.
     """
     models = MODELS if name not in ("reach", "hammer") else make_models(out / f"models_{name}", num_novel=2)
     setup, start = Setup(observers=OBSERVERS, out=out, models=models), time.perf_counter()
@@ -96,11 +92,9 @@ def make_models(folder: Path, *, num_novel: int) -> Path:
 
 @contextmanager
 def save_time() -> Iterator[None]:
-    """Moves the parts of each tool in two ways only (all: ``test_off_axis.py``), draws few samples, holds briefly."""
+    """Moves the parts of each tool in two ways only (all: ``test_off_axis.py``)."""
     every = off_axis.list_shifted
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(next_lift, "SAMPLES", 250)
-        patch.setattr(ladder, "DURATION", 0.6)
         patch.setattr(off_axis, "list_shifted", lambda tool: [*every(tool)][:2])
         yield
 

@@ -9,6 +9,7 @@ from helpers.answers import answer
 from helpers.children import ROOT
 
 from affordance.extensions.people.experiments import linear
+from affordance.runs.program_file import load_program
 
 FOLDER = ROOT / "examples" / "experiments"
 FILES = sorted(path for path in FOLDER.glob("*.py") if path.stem != "counterbalanced")
@@ -24,11 +25,26 @@ def few(monkeypatch):
     monkeypatch.setattr(sys, "path", [*sys.path])
 
 
+# Constants with which designs that nobody has done run in seconds.
+SHORTER = {
+    "illusions": {"FAMILIAR": 2, "TESTED": 5},
+    "ladder": {"DURATION": 0.1},
+    "next_lift": {"SAMPLES": 100, "DURATION": 0.1, "TASKS": ("reach",)},
+    "shallow_family": {"CYCLES": 16},
+    "spoilt_family": {},
+    "two_ends": {},
+    "two_families": {"REPETITIONS": 4},
+}
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # statistics of a single observer
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_experiment_runs_and_finds_what_it_asks_for(path, tmp_path, monkeypatch):
+    for name, value in SHORTER.get(path.stem, {}).items():
+        monkeypatch.setattr(load_program(path, "experiment"), name, value)
     if path.stem == "cycles_24_to_30":
         monkeypatch.setattr(linear, "FAMILIAR", 26)
-    answer("run", path, "--repeats", 2, "--jobs", 1, "--out", tmp_path)
+    answer("run", path, "--repeats", 1 if path.stem in SHORTER else 2, "--jobs", 1, "--out", tmp_path)
     section = json.loads((tmp_path / path.stem / "section.json").read_text(encoding="utf-8"))
     assert section["finding"]
     assert "nan" not in section["finding"]

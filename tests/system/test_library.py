@@ -47,7 +47,7 @@ from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief
 from affordance.belief.learners import LEARNERS
 from affordance.extensions.memory.simulated_trial import describe_trial
 from affordance.extensions.payload.recording.run import RunDescription
-from affordance.extensions.people.experiments import two_families
+from affordance.extensions.people.experiments import linear
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Grip
 
@@ -143,15 +143,13 @@ def test_lasting_memory_serves_every_learner(record, tmp_path):
 @pytest.mark.usefixtures("unrendered")
 def test_experiment_is_run_from_python(tmp_path):
     settings = change_settings(Settings(), {"noise.weber_fraction": 0.1})
-    report = run_suite({"two_families": two_families.EXPERIMENT}, Setup(observers=1, out=tmp_path, settings=settings))
-    numbers = read_numbers(tmp_path / "two_families")
+    report = run_suite({"linear_plus": linear.LINEAR_PLUS}, Setup(observers=1, out=tmp_path, settings=settings))
+    numbers = read_numbers(tmp_path / "linear_plus")
     assert report[:2] == (tmp_path / "report.html", {})
     assert numbers["repeats"] == 1
     assert numbers["setup"]["settings"] == {"noise.weber_fraction": 0.1}
-    assert (
-        two_families.run(Setup(observers=1, out=tmp_path, settings=settings)).numbers["illusion"]
-        == numbers["illusion"]
-    )
+    again = linear.LINEAR_PLUS.run(Setup(observers=1, out=tmp_path, settings=settings))
+    assert again.numbers["end_N"] == numbers["end_N"]
 
 
 def make_belief(precision, vector=(0.0, 0.0)):

@@ -118,8 +118,8 @@ def test_table_does_not_write_to_the_results_of_an_experiment(folder):
 
 
 def test_options_of_tables_are_for_tables():
-    said = refuse_command("predict", "two_families", "--people-sd", 2)
-    assert "--people-sd: is for a table of trials, must be omitted for two_families" in said
+    said = refuse_command("predict", "linear_plus", "--people-sd", 2)
+    assert "--people-sd: is for a table of trials, must be omitted for linear_plus" in said
     said = refuse_command("predict", "trials.csv", "--objects", "objects.yaml", *NAMED, "--power", 2)
     assert "--power: is 2.0, must be from 0.5 to 0.999" in said
 

@@ -56,10 +56,10 @@ def test_new_experiment_runs_in_processes_and_is_predicted(mine, tmp_path):
 
 
 def test_one_observer_goes_first(mine, tmp_path):
-    change_file(mine, 'finding=f"The odd object', "finding=f\"{numbers['nothing']}The odd object")
+    change_file(mine, '"finding": f"The odd object', '"finding": f"{numbers[\'nothing\']}The odd object')
     said = refuse_command_after("run", "mine.py", "--repeats", 5, "--jobs", 1)
-    assert said.endswith("in run: KeyError: 'nothing'")
-    assert f"mine.py: line {find_line(mine, 'nothing')}, in run" in said
+    assert said.endswith("in describe: KeyError: 'nothing'")
+    assert f"mine.py: line {find_line(mine, 'nothing')}, in describe" in said
     assert len(list(tmp_path.rglob("*.npz"))) == 3  # one of each learner
     assert not (tmp_path / "results" / "mine" / "metrics.json").exists()
 
@@ -83,7 +83,6 @@ def find_line(path, text):
             ["EXPERIMENT =", "EXAMPLE ="],
             "mine.py: EXPERIMENT: is missing, must be an Experiment(run), last in the file",
         ),
-        (["    return Results(", "    return dict("], "mine.py: run: returns a dict, must return Results"),
         (['odd["force"].iloc[0]', 'odd["forse"].iloc[0]'], "line {forse}, in measure: KeyError: 'forse'"),
         (["mass=10.0 * height", "mass=1e6 * height"], "mass: is 60000"),
         (["repeat([*FAMILY], 2, rng", 'repeat([*FAMILY, "x"], 2, rng'], "'x'"),

@@ -10,7 +10,7 @@ from helpers.results_files import read_numbers
 
 from affordance.belief.learners import LEARNERS
 from affordance.experiments.shared.observer_numbers import PeopleSpread
-from affordance.extensions.people.experiments import linear, spoilt_family, two_families
+from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.reporting.learner_predictions import (
     contrast_learners,
     count_people,
@@ -24,7 +24,6 @@ pytestmark = pytest.mark.usefixtures("unrendered")
 @pytest.fixture
 def few(monkeypatch):
     """Experiments of a few lifts."""
-    monkeypatch.setattr(two_families, "REPETITIONS", 2)
     monkeypatch.setattr(linear, "FAMILIAR", 2)
     monkeypatch.setattr(linear, "MIXED", 16)
 
@@ -39,22 +38,22 @@ def read_predictions(tmp_path, name):
 
 @pytest.mark.usefixtures("few")
 def test_run_simulates_no_observer_that_was_predicted(tmp_path, monkeypatch):
-    path = tmp_path / "out" / "two_families" / "predictions.json"
-    assert f"The predictions: {path}" in call("predict", "two_families", tmp_path, "--repeats", 3)
-    found = read_predictions(tmp_path, "two_families")
+    path = tmp_path / "out" / "linear_plus" / "predictions.json"
+    assert f"The predictions: {path}" in call("predict", "linear_plus", tmp_path, "--repeats", 3)
+    found = read_predictions(tmp_path, "linear_plus")
     assert found["repeats"] == 3
-    assert set(found["numbers"]["illusion"]) == {learner.name for learner in LEARNERS.values()}
+    assert set(found["numbers"]["end_N"]) == {learner.name for learner in LEARNERS.values()}
 
     def refuse(*_):
         raise AssertionError("this observer was simulated already")
 
     monkeypatch.setattr("affordance.runs.repeats._keep", refuse)
-    call("run", "two_families", tmp_path, "--repeats", 3)
-    numbers = read_numbers(tmp_path / "out" / "two_families")
+    call("run", "linear_plus", tmp_path, "--repeats", 3)
+    numbers = read_numbers(tmp_path / "out" / "linear_plus")
     assert numbers["repeats"] == 3
-    assert numbers["learners"]["kinds_map"]["illusion"] == found["numbers"]["illusion"]["kinds_map"]["mean"]
+    assert numbers["learners"]["kinds_map"]["end_N"] == found["numbers"]["end_N"]["kinds_map"]["mean"]
     with pytest.raises(AssertionError, match="simulated already"):
-        call("run", "two_families", tmp_path, "--repeats", 4)
+        call("run", "linear_plus", tmp_path, "--repeats", 4)
 
 
 def test_observers_of_each_learner_serve_a_run_of_one(tmp_path, monkeypatch):
@@ -68,21 +67,21 @@ def test_observers_of_each_learner_serve_a_run_of_one(tmp_path, monkeypatch):
 
 @pytest.mark.usefixtures("few")
 def test_number_of_observers_is_that_of_the_command_line_then_of_the_experiment(tmp_path, monkeypatch):
-    call("predict", "two_families", tmp_path, "--repeats", 2)
-    assert read_predictions(tmp_path, "two_families")["repeats"] == 2
-    monkeypatch.setattr(two_families, "EXPERIMENT", two_families.EXPERIMENT._replace(observers=3))
+    call("predict", "linear_plus", tmp_path, "--repeats", 2)
+    assert read_predictions(tmp_path, "linear_plus")["repeats"] == 2
+    monkeypatch.setattr(linear, "LINEAR_PLUS", linear.LINEAR_PLUS._replace(observers=3))
     for command in ("predict", "run"):
-        call(command, "two_families", tmp_path)
-    assert read_predictions(tmp_path, "two_families")["repeats"] == 3
-    assert read_numbers(tmp_path / "out" / "two_families")["repeats"] == 3
+        call(command, "linear_plus", tmp_path)
+    assert read_predictions(tmp_path, "linear_plus")["repeats"] == 3
+    assert read_numbers(tmp_path / "out" / "linear_plus")["repeats"] == 3
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["vision"], "experiment: is 'vision', which uses one learner for all observers; use run once per --learner"),
-        (["two_families", "--repeats", 1], "--repeats: is 1, must be at least 2"),
-        (["two_families", "--set", "learner=density"], "--learner: has no effect on predict, which always simulates"),
+        (["linear_plus", "--repeats", 1], "--repeats: is 1, must be at least 2"),
+        (["linear_plus", "--set", "learner=density"], "--learner: has no effect on predict, which always simulates"),
     ],
 )
 def test_what_cannot_be_predicted_is_refused(words, said, tmp_path, monkeypatch):
@@ -131,8 +130,3 @@ def test_spread_between_people_is_the_given_one_or_follows_from_published_interv
     assert spread["end_N"]["sd"] == pytest.approx(1.59 / 2.306 * 3.0, rel=1e-3)
     assert spread["f"]["sd"] == pytest.approx(0.416, rel=0.02)  # 0.32 / 2.306 * 3
     assert "weight_N" not in spread
-    means = {"family_weight_N": 8.0}
-    assert spoilt_family.list_spreads(means)["spoilt"] == (1.75 / 8.0, "calculated from the others")
-    means = {"small_N": 7.0, "large_N": 7.0, "small_weight_N": 7.0, "large_weight_N": 7.0}
-    sd, source = two_families.list_spreads(means)["illusion"]
-    assert (sd, source) == (pytest.approx(np.sqrt(2.0) * 1.75 / 7.0), "calculated from the others")

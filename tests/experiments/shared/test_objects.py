@@ -7,7 +7,6 @@ from helpers.changed_files import change_file
 
 from affordance.experiments import com, hammer, reach, weight
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.advice.experiments import next_lift
 from affordance.extensions.pixels.experiments import vision
 
 
@@ -26,7 +25,6 @@ def list_tools(found):
         (reach, "steel", 7850),
         (hammer, "steel", 7850),
         (vision, "beech", 720),
-        (next_lift, "brass", 8500),
     ],
 )
 def test_objects_are_made_of_the_materials_of_their_folder(models, module, material, density):

@@ -272,7 +272,7 @@ def test_rows_of_lifts_are_those_of_every_lift(get_shipped, name):
     ).all()
 
 
-@pytest.mark.parametrize("name", ["weight", "com", "reach", "hammer", "vision", "next_lift"])
+@pytest.mark.parametrize("name", ["weight", "com", "reach", "hammer", "vision"])
 def test_data_of_an_experiment_have_units_and_meanings_in_its_file(get_shipped, name):
     found = get_shipped(name)
     with xr.open_dataset(found.folder / "data.nc") as opened:
@@ -287,7 +287,7 @@ def test_data_of_an_experiment_have_units_and_meanings_in_its_file(get_shipped, 
             np.testing.assert_array_equal(variable.values, found.data[each].values.astype(variable.dtype))
 
 
-@pytest.mark.parametrize("name", ["weight", "com", "reach", "hammer", "next_lift"])
+@pytest.mark.parametrize("name", ["weight", "com", "reach", "hammer"])
 def test_simulations_leave_a_diagram_and_a_replay(get_shipped, name):
     folder = get_shipped(name).folder
     assert (folder / "diagram.svg").stat().st_size > 1000

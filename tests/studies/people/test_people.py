@@ -18,7 +18,7 @@ from studies.people import command, fit
 from studies.people.fit import Fraction, estimate_people_fraction
 
 PLUS, PLUS_PLUS = GROUPS.values()
-TOOLS = {name: linear.read(name, Setup()) for name in GROUPS}
+TOOLS = {name: linear.make_objects(name) for name in GROUPS}
 TRIALS = linear.design(0, np.random.default_rng(0))
 
 

@@ -6,7 +6,7 @@ pushes up with the weight that the observer believes in; then the object is felt
 felt are computed in closed form.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +18,14 @@ from affordance.arrays import Array, about
 from affordance.belief.learner import Learner
 from affordance.belief.learners import list_learners
 from affordance.exceptions import BadValueError
+from affordance.experiments.shared.experiment import Experiment
 from affordance.experiments.shared.holds import compute_surprise, compute_volume, select_columns, show_kinds
 from affordance.experiments.shared.objects import check_can_be_held
+from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
 from affordance.experiments.shared.observers import Setup, run_observers
+from affordance.experiments.shared.results import Results
 from affordance.extensions.people.cylinder import cylinder as cylinder
-from affordance.extensions.people.lift_settings import with_participant
+from affordance.extensions.people.lift_settings import LiftSettings, with_participant
 from affordance.extensions.people.participant import Participant
 from affordance.extensions.people.push import compute_heaviness, draw_participants, list_own_values
 from affordance.extensions.people.static_lifts import NOTHING, StaticLifter, check_closed_form
@@ -274,3 +277,55 @@ def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Serie
         rows = pd.DataFrame([measure(own) for _, own in of_one.groupby("observer")])
         found[str(learner)] = {str(name): rows[name].to_numpy() for name in rows}
     return found
+
+
+def build_lift_experiment(
+    name: str,
+    make_objects: Callable[[], Sequence[Tool]],
+    design: Design,
+    measure: Callable[[pd.DataFrame], pd.Series],
+    describe: Callable[[Setup, pd.DataFrame, dict[str, Any]], Mapping[str, Any]],
+    *,
+    meanings: Mapping[str, str],
+    list_spreads: Callable[[Mapping[str, float]], Mapping[str, PeopleSpread]] = lambda means: {},
+    list_learners: Callable[[Setup], Sequence[Learner]] = lambda setup: (),
+    without_interval: Sequence[str] = (),
+    observers: int = 50,
+) -> Experiment:
+    """Builds an experiment in which observers of each learner lift objects, from its parts.
+
+    Args:
+        name: Name of the experiment.
+        make_objects: Function that makes the objects.
+        design: Function that draws the trials of an observer.
+        measure: Function that computes the numbers of one observer, or of one person, from its lifts in order.
+        describe: Function from setup, lifts and numbers (see ``summarise_lifts``) to the texts, claims, figures and
+            tables of the results.
+        meanings: Meanings of the numbers in words, by name.
+        list_spreads: Function from predicted means to standard deviations between people, both by name.
+        list_learners: Function that lists the learners; if empty, those of the program and that of the settings.
+        without_interval: Names of numbers that are the same for all observers.
+        observers: Default number of observers of each learner.
+    """
+
+    def read(setup: Setup) -> list[Tool]:
+        tools = list(make_objects())
+        check_can_be_lifted(name, tools, setup.settings)
+        return tools
+
+    def collect(setup: Setup) -> pd.DataFrame:
+        return run_lifts(name, setup, read(setup), design, list_learners(setup))
+
+    def run(setup: Setup) -> Results:
+        lifts = collect(setup)
+        numbers = summarise_lifts(lifts, measure, setup, without_interval=without_interval)
+        parts = describe(setup, lifts, numbers)
+        learners = [*numbers["learners"]]
+        return Results(data=lifts, numbers=numbers, lifts=select_columns(lifts), learners=learners, **parts)
+
+    def predict(setup: Setup) -> ObserverNumbers:
+        return ObserverNumbers(measure_each(collect(setup), measure), meanings, list_spreads)
+
+    # No torques over time, so a lasting memory learns nothing.
+    no_memory = "in which nothing is felt"
+    return Experiment(run, read, predict, observers, (), no_memory, every_learner=True, settings=LiftSettings)

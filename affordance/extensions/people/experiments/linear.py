@@ -14,28 +14,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.stats import t as student_t
 
-from affordance.experiments.shared.experiment import Experiment
-from affordance.experiments.shared.holds import select_columns
-from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
+from affordance.experiments.shared.observer_numbers import PeopleSpread
 from affordance.experiments.shared.observers import Setup
-from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments.lift_drawings import draw_forces, predict_by_size
-from affordance.extensions.people.experiments.lifts import (
-    check_can_be_lifted,
-    cylinder,
-    measure_each,
-    repeat,
-    run_lifts,
-    summarise_lifts,
-)
-from affordance.extensions.people.experiments.people import Published, describe_people, find_spread
-from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.extensions.people.reporting.lift_figures import PeopleMark
 from affordance.extensions.people.rivals import label_learner
 from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult, check, claim
 from affordance.reporting.formatting import count_observers
+from affordance.reporting.statistics import CONFIDENCE
 
 TRAINING = {
     "training_60mm": 0.06,
@@ -56,6 +46,14 @@ MEANINGS = {
     "f": "learned fraction: 0 as the family predicts, 1 as the test object weighs",
     "training_correlation": "correlation of force and weight over the training lifts",
 }
+
+
+class Published(NamedTuple):
+    """Published mean over people with its 95 % interval, in SI units; NaN if no interval is published."""
+
+    value: float
+    low: float = math.nan
+    high: float = math.nan
 
 
 class Group(NamedTuple):
@@ -83,11 +81,9 @@ GROUPS = {
 }  # fmt: skip
 
 
-def run(name: str, setup: Setup) -> Results:
-    """Runs the experiment of one group."""
+def describe(name: str, setup: Setup, lifts: pd.DataFrame, numbers: dict[str, Any]) -> dict[str, Any]:
+    """Describes the results of one group: texts, claims, figure and table; adds people's numbers."""
     group = GROUPS[name]
-    lifts = collect(name, setup)
-    numbers = summarise_lifts(lifts, measure, setup, without_interval=["weight_N"])
     people = list_people(group)
     numbers["people"] = describe_people(people)
     learned = [f"{found['f']:z.0%} by {label_learner(learner)}" for learner, found in numbers["learners"].items()]
@@ -97,23 +93,21 @@ def run(name: str, setup: Setup) -> Results:
         PeopleMark(MEANINGS["family_N"], *people["family_N"], MIXED + 1, MIXED + 1),
     ]
     title = f"{group.name}: the test object weighs {group.mass:g} kg, its family predicts {DENSITY * HEIGHT:g} kg"
-    return Results(
-        order=40 if name == "linear_plus" else 41,
-        title=f"{group.name}: an odd member of a family ({SOURCE})",
-        summary=(
+    return {
+        "order": 40 if name == "linear_plus" else 41,
+        "title": f"{group.name}: an odd member of a family ({SOURCE})",
+        "summary": (
             f"{count_observers(setup.observers)} of each learner lifted four objects of one look {FAMILIAR} times"
             f" each, then a test object of {group.mass:g} kg, whose size predicts {DENSITY * HEIGHT:g} kg, {MIXED}"
             " times among them. The force is exerted against a stiff clamp before release. Kappa, the breadth of a"
             " category, was fitted to this group and the other one; nothing else was fitted."
         ),
-        finding=(
+        "finding": (
             "Learned share of the difference between the weight of the test object and what its family predicts: "
             f"{', '.join(learned)}."
         ),
-        data=lifts,
-        numbers=numbers,
-        claims=judge(numbers["learners"], people),
-        figures={
+        "claims": judge(numbers["learners"], people),
+        "figures": {
             "test_object": (
                 (
                     "Force before each lift of the test object. Thin lines are single observers; black marks are"
@@ -122,8 +116,8 @@ def run(name: str, setup: Setup) -> Results:
                 partial(draw_forces, lifts, ["test"], title=title, predicted_by=[*TRAINING], people=marks),
             )
         },
-        tables={"Means over observers and people, with 95 % intervals.": tabulate(numbers)},
-        remarks=[
+        "tables": {"Means over observers and people, with 95 % intervals.": tabulate(numbers)},
+        "remarks": [
             "The interval of people's f follows from the published intervals of its two forces, as if independent.",
             (
                 "Observers differ in their sensory noise and in their random draws; people also differ in how hard"
@@ -131,27 +125,14 @@ def run(name: str, setup: Setup) -> Results:
                 " place."
             ),
         ],
-        lifts=select_columns(lifts),
-        learners=[*numbers["learners"]],
-    )
+    }
 
 
-def predict(name: str, setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner, with the spread between people."""
-    return ObserverNumbers(measure_each(collect(name, setup), measure), MEANINGS, lambda means: list_spreads(name))
-
-
-def read(name: str, setup: Setup) -> list[Tool]:
-    """Makes the objects of a group, and checks that the arm can hold them."""
+def make_objects(name: str) -> list[Tool]:
+    """Makes the objects of a group."""
     tools = [cylinder(each, radius=RADIUS, height=height, mass=DENSITY * height) for each, height in TRAINING.items()]
     tools.append(cylinder("test", radius=RADIUS, height=HEIGHT, mass=GROUPS[name].mass))
-    check_can_be_lifted(name, tools, setup.settings)
     return tools
-
-
-def collect(name: str, setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects of a group; returns a row per lift."""
-    return run_lifts(name, setup, read(name, setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -191,6 +172,22 @@ def list_people(group: Group) -> dict[str, Published]:
     return {name: people[name] for name in MEANINGS}
 
 
+def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
+    """Returns people's means as NAME and their intervals, if published, as NAME_ci95, as in metrics.json."""
+    numbers: dict[str, Any] = {}
+    for name, each in people.items():
+        numbers[name] = each.value
+        if math.isfinite(each.low):
+            numbers[f"{name}_ci95"] = [each.low, each.high]
+    return numbers
+
+
+def find_spread(published: Published, count: int, source: str) -> PeopleSpread:
+    """Computes the standard deviation between people from the interval of their mean (Student's t)."""
+    quantile = float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
+    return PeopleSpread(0.5 * (published.high - published.low) * math.sqrt(count) / quantile, source)
+
+
 def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -> list[ClaimResult]:
     """Judges whether each learner does what people did."""
     first = [
@@ -227,23 +224,23 @@ def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("who")
 
 
-def list_spreads(name: str) -> dict[str, PeopleSpread]:
+def list_spreads(name: str, means: Mapping[str, float]) -> dict[str, PeopleSpread]:
     """Lists the standard deviations between people that their published intervals imply."""
     group = GROUPS[name]
     known = {key: each for key, each in list_people(group).items() if math.isfinite(each.low)}
     return {key: find_spread(each, group.num_people, f"{SOURCE}, {group.name}") for key, each in known.items()}
 
 
-def _build_experiment(name: str) -> Experiment:
-    return Experiment(
-        partial(run, name),
-        partial(read, name),
-        partial(predict, name),
-        observers=50,  # of each learner
-        no_memory="in which nothing is felt",  # no torques over time, so a lasting memory learns nothing
-        every_learner=True,
-        settings=LiftSettings,
+LINEAR_PLUS, LINEAR_PLUS_PLUS = (
+    build_lift_experiment(
+        name,
+        partial(make_objects, name),
+        design,
+        measure,
+        partial(describe, name),
+        meanings=MEANINGS,
+        list_spreads=partial(list_spreads, name),
+        without_interval=["weight_N"],
     )
-
-
-LINEAR_PLUS, LINEAR_PLUS_PLUS = _build_experiment("linear_plus"), _build_experiment("linear_plus_plus")
+    for name in GROUPS
+)

@@ -4,18 +4,16 @@ Try it with ``affordance run FILE --repeats 4`` and ``affordance predict FILE``,
 trials, numbers, claims, figures.
 """
 
+from collections.abc import Mapping
 from functools import partial
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from affordance.experiments.shared.experiment import Experiment
-from affordance.experiments.shared.observer_numbers import ObserverNumbers
 from affordance.experiments.shared.observers import Setup
-from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments.lift_drawings import draw_forces
-from affordance.extensions.people.experiments.lifts import cylinder, measure_each, repeat, run_lifts, summarise_lifts
-from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.reporting.claims import check, claim
 
 NAME = "starting_point"  # of the folder in which finished observers are kept; results go to that of the file
@@ -36,37 +34,23 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
     return pd.Series({"first_N": odd["force"].iloc[0], "last_N": odd["force"].tail(3).mean()})
 
 
-def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner do the trials; returns a row per lift."""
-    return run_lifts(NAME, setup, TOOLS, design)
-
-
-def run(setup: Setup) -> Results:
-    """Runs the experiment."""
-    lifts = collect(setup)
-    numbers = summarise_lifts(lifts, measure, setup)
+def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Describes the results: texts, claims and figures."""
     first = {learner: found["first_N"] for learner, found in numbers["learners"].items()}
     text = "In its first lift, the odd object is lifted with the force that its family predicts."
     bounds = [
         check(f"first lift, {learner} (N)", force, at_least=9.0, at_most=11.5) for learner, force in first.items()
     ]
-    return Results(
-        title="My experiment",
-        summary="Three objects of one look were lifted ten times each, then ten times more together with an odd one.",
-        finding=f"The odd object weighs 17.7 N, and is first lifted with {first['density']:.1f} N.",
-        data=lifts,
-        numbers=numbers,
-        claims=[claim("first_lift", "ours", text, *bounds)],
-        figures={"odd": ("Force before each lift.", partial(draw_forces, lifts, ["odd"], title="The odd object"))},
-        lifts=lifts,
-        learners=[*numbers["learners"]],
-    )
+    return {
+        "title": "My experiment",
+        "summary": "Three objects of one look were lifted ten times each, then ten times more with an odd one.",
+        "finding": f"The odd object weighs 17.7 N, and is first lifted with {first['density']:.1f} N.",
+        "claims": [claim("first_lift", "ours", text, *bounds)],
+        "figures": {
+            "odd": ("Force before each lift.", partial(draw_forces, lifts, ["odd"], title="The odd object")),
+        },
+    }
 
 
-def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner."""
-    meanings = {"first_N": "force in the first lift of the odd object, N", "last_N": "mean of its last 3 lifts, N"}
-    return ObserverNumbers(measure_each(collect(setup), measure), meanings)
-
-
-EXPERIMENT = Experiment(run, predict=predict, observers=20, every_learner=True, settings=LiftSettings)
+MEANINGS = {"first_N": "force in the first lift of the odd object, N", "last_N": "mean of its last 3 lifts, N"}
+EXPERIMENT = build_lift_experiment(NAME, lambda: TOOLS, design, measure, describe, meanings=MEANINGS, observers=20)

@@ -11,7 +11,7 @@ from affordance.experiments.shared.holds import compute_volume
 from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.experiments.lifts import cylinder, lift
-from affordance.extensions.people.experiments.people import Published
+from affordance.extensions.people.experiments.linear import Published
 
 G = 9.81  # [m/s^2]
 
@@ -99,7 +99,7 @@ def test_what_the_paper_says_of_both_groups_is_seen(get_shipped):
 @pytest.mark.parametrize("factor", [0.2, 5.0])
 def test_objects_of_the_same_weights_are_lifted_alike_whatever_their_volumes(learner, factor):
     """Forces of the same observers agree lift by lift, if the prior of what was never felt is as dense."""
-    tools, forces = linear.read("linear_plus_plus", Setup()), []
+    tools, forces = linear.make_objects("linear_plus_plus"), []
     for volume in (1.0, factor):
         prior = Prior(mode=1000.0 / volume, sd=4000.0 / volume)
         scaled = [scale_volume(tool, volume) for tool in tools]

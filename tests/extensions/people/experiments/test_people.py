@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student_t
 
-from affordance.extensions.people.experiments.people import Published, describe_people, find_spread
+from affordance.extensions.people.experiments.linear import Published, describe_people, find_spread
 
 
 def test_values_have_their_interval_where_one_is_published():

@@ -12,7 +12,7 @@ from affordance.belief.learners import DENSITY, KINDS_DRAWN, LEARNERS
 from affordance.exceptions import InfeasibleError
 from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people.experiments import linear, table_lifts
-from affordance.extensions.people.experiments.lifts import build_table, cylinder, measure_each
+from affordance.extensions.people.experiments.lifts import build_table, cylinder, measure_each, run_lifts
 from affordance.extensions.people.experiments.table_lifts import TableExperiment
 from affordance.extensions.people.experiments.trials import check_trials
 from affordance.files.model_folder import MODELS
@@ -47,9 +47,9 @@ def program(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(linear, "FAMILIAR", 3)
         patch.setattr(linear, "MIXED", 4)
-        lifts = linear.collect("linear_plus", setup)
+        lifts = run_lifts("linear_plus", setup, linear.make_objects("linear_plus"), linear.design)
         table = build_table(linear.design, 3, seed=setup.seed)
-    return lifts, check_trials(table, linear.read("linear_plus", setup))
+    return lifts, check_trials(table, linear.make_objects("linear_plus"))
 
 
 @pytest.mark.parametrize(("jobs", "learners"), [(1, tuple(LEARNERS.values())), (2, (KINDS_DRAWN,))])

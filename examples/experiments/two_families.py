@@ -2,6 +2,8 @@
 
 A design of ours that nobody has done yet. Expected: with one density for each colour, the force stays too high for
 large objects and too low for small ones; with kinds, both become right.
+
+    affordance run examples/experiments/two_families.py
 """
 
 import math
@@ -12,21 +14,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from affordance.experiments.shared.experiment import Experiment
-from affordance.experiments.shared.holds import select_columns
-from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
+from affordance.experiments.shared.observer_numbers import PeopleSpread
 from affordance.experiments.shared.observers import Setup
-from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments.lift_drawings import draw_forces
-from affordance.extensions.people.experiments.lifts import (
-    check_can_be_lifted,
-    cylinder,
-    measure_each,
-    repeat,
-    run_lifts,
-    summarise_lifts,
-)
-from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.extensions.people.rivals import label_learner
 from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult, check, claim
@@ -50,26 +41,21 @@ MEANINGS = {
 }
 
 
-def run(setup: Setup) -> Results:
-    """Runs the experiment."""
-    lifts = collect(setup)
-    numbers = summarise_lifts(lifts, measure, setup, without_interval=["small_weight_N", "large_weight_N"])
+def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Describes the results: texts, claims and figures."""
     ratios = [f"{found['illusion']:.2f} ({label_learner(learner)})" for learner, found in numbers["learners"].items()]
-    return Results(
-        order=51,
-        title="Two families of one look",
-        summary=(
+    return {
+        "title": "Two families of one look",
+        "summary": (
             f"{count_observers(setup.observers)} of each learner lifted two small dense and two large light objects"
             " of one look sixteen times each. Nobody has done this experiment yet."
         ),
-        finding=(
+        "finding": (
             f"Force over true weight, ratio of large to small objects of the same look: {', '.join(ratios)}; 1 if"
             " both are right."
         ),
-        data=lifts,
-        numbers=numbers,
-        claims=judge(numbers["learners"]),
-        figures={
+        "claims": judge(numbers["learners"]),
+        "figures": {
             "small": (
                 "Force before each lift of a small object, divided by its true weight.",
                 partial(draw_forces, lifts, [*SMALL], title="Small objects, dense: 15 kg per metre of height"),
@@ -79,14 +65,14 @@ def run(setup: Setup) -> Results:
                 partial(draw_forces, lifts, [*LARGE], title="Large objects, light: 5 kg per metre of height"),
             ),
         },
-        lifts=select_columns(lifts),
-        learners=[*numbers["learners"]],
-    )
+    }
 
 
-def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner, with the spread between people."""
-    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS, list_spreads)
+def make_objects() -> list[Tool]:
+    """Makes the objects."""
+    sizes = {**SMALL, **LARGE}
+    tools = [cylinder(name, radius=RADIUS, height=height, mass=mass) for name, (height, mass) in sizes.items()]
+    return tools
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
@@ -94,19 +80,6 @@ def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
     shares = [SPREADS[name].sd / means[name] for name in ("small_N", "large_N")]
     ratio = (means["large_N"] / means["large_weight_N"]) / (means["small_N"] / means["small_weight_N"])
     return {**SPREADS, "illusion": PeopleSpread(ratio * math.hypot(*shares), "calculated from the others")}
-
-
-def read(setup: Setup) -> list[Tool]:
-    """Makes the objects, and checks that the arm can hold them."""
-    sizes = {**SMALL, **LARGE}
-    tools = [cylinder(name, radius=RADIUS, height=height, mass=mass) for name, (height, mass) in sizes.items()]
-    check_can_be_lifted("two_families", tools, setup.settings)
-    return tools
-
-
-def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects; returns a row per lift."""
-    return run_lifts("two_families", setup, read(setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -141,6 +114,13 @@ def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
     ]  # fmt: skip
 
 
-EXPERIMENT = Experiment(
-    run, read, predict, observers=50, no_memory="in which nothing is felt", every_learner=True, settings=LiftSettings
+EXPERIMENT = build_lift_experiment(
+    "two_families",
+    make_objects,
+    design,
+    measure,
+    describe,
+    meanings=MEANINGS,
+    list_spreads=list_spreads,
+    without_interval=["small_weight_N", "large_weight_N"],
 )

@@ -5,6 +5,8 @@ six times in a row; it weighs a third of what its size predicts. Then the family
 density for each colour, observers lift the whole family as if it had become lighter; with kinds, they lift the odd
 object correctly from its second lift on, and the family as before. The design was made before any result was seen; of
 three such designs, this and ``two_families`` were kept because learners differed most in them.
+
+    affordance run examples/experiments/spoilt_family.py
 """
 
 from collections.abc import Mapping
@@ -14,21 +16,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from affordance.experiments.shared.experiment import Experiment
-from affordance.experiments.shared.holds import select_columns
-from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
+from affordance.experiments.shared.observer_numbers import PeopleSpread
 from affordance.experiments.shared.observers import Setup
-from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments.lift_drawings import draw_forces
-from affordance.extensions.people.experiments.lifts import (
-    check_can_be_lifted,
-    cylinder,
-    measure_each,
-    repeat,
-    run_lifts,
-    summarise_lifts,
-)
-from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.extensions.people.rivals import label_learner
 from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult, check, claim
@@ -55,27 +46,22 @@ MEANINGS = {
 }
 
 
-def run(setup: Setup) -> Results:
-    """Runs the experiment."""
-    lifts = collect(setup)
-    numbers = summarise_lifts(lifts, measure, setup, without_interval=["odd_weight_N", "family_weight_N"])
+def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Describes the results: texts, claims and figures."""
     shares = [f"{found['spoilt']:.0%} ({label_learner(learner)})" for learner, found in numbers["learners"].items()]
-    return Results(
-        order=50,
-        title="Does one odd member spoil a family?",
-        summary=(
+    return {
+        "title": "Does one odd member spoil a family?",
+        "summary": (
             f"{count_observers(setup.observers)} of each learner lifted four objects of one look ten times each, then"
             " six times an odd one that weighs a third of what its size predicts, then the four once more. Nobody has"
             " done this experiment yet."
         ),
-        finding=(
+        "finding": (
             "After the light odd object, the force for its family is too low by this share of its weight: "
             f"{', '.join(shares)}."
         ),
-        data=lifts,
-        numbers=numbers,
-        claims=judge(numbers["learners"]),
-        figures={
+        "claims": judge(numbers["learners"]),
+        "figures": {
             "odd": (
                 "Force before each lift of the odd object.",
                 partial(
@@ -92,33 +78,20 @@ def run(setup: Setup) -> Results:
                 ),
             ),
         },
-        lifts=select_columns(lifts),
-        learners=[*numbers["learners"]],
-    )
+    }
 
 
-def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner, with the spread between people."""
-    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS, list_spreads)
+def make_objects() -> list[Tool]:
+    """Makes the objects."""
+    tools = [cylinder(name, radius=RADIUS, height=height, mass=DENSITY * height) for name, height in FAMILY.items()]
+    tools.append(cylinder("odd", radius=RADIUS, height=ODD_HEIGHT, mass=ODD_MASS))
+    return tools
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
     """Lists standard deviations between people; that of the share is computed from that of the force."""
     share = SPREADS["family_after_N"].sd / means["family_weight_N"]
     return {**SPREADS, "spoilt": PeopleSpread(share, "calculated from the others")}
-
-
-def read(setup: Setup) -> list[Tool]:
-    """Makes the objects, and checks that the arm can hold them."""
-    tools = [cylinder(name, radius=RADIUS, height=height, mass=DENSITY * height) for name, height in FAMILY.items()]
-    tools.append(cylinder("odd", radius=RADIUS, height=ODD_HEIGHT, mass=ODD_MASS))
-    check_can_be_lifted("spoilt_family", tools, setup.settings)
-    return tools
-
-
-def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects; returns a row per lift."""
-    return run_lifts("spoilt_family", setup, read(setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -159,6 +132,13 @@ def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
     ]  # fmt: skip
 
 
-EXPERIMENT = Experiment(
-    run, read, predict, observers=50, no_memory="in which nothing is felt", every_learner=True, settings=LiftSettings
+EXPERIMENT = build_lift_experiment(
+    "spoilt_family",
+    make_objects,
+    design,
+    measure,
+    describe,
+    meanings=MEANINGS,
+    list_spreads=list_spreads,
+    without_interval=["odd_weight_N", "family_weight_N"],
 )

@@ -3,6 +3,8 @@
 The weight of five cylinders of one look is .45 kg plus .75 g/cm^3 times volume, so small cylinders are denser than
 large ones. Learners by density alone make lasting errors: with one density, small cylinders seem too light and large
 ones too heavy. A memory of each object does not err. Nobody has done this experiment yet; it goes with ``two_ends``.
+
+    affordance run examples/experiments/shallow_family.py
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,21 +16,9 @@ import pandas as pd
 
 from affordance.belief.learner import Learner
 from affordance.belief.learners import list_learners
-from affordance.experiments.shared.experiment import Experiment
-from affordance.experiments.shared.holds import select_columns
-from affordance.experiments.shared.observer_numbers import ObserverNumbers
 from affordance.experiments.shared.observers import Setup
-from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments.lift_drawings import draw_forces
-from affordance.extensions.people.experiments.lifts import (
-    check_can_be_lifted,
-    cylinder,
-    measure_each,
-    repeat,
-    run_lifts,
-    summarise_lifts,
-)
-from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.extensions.people.rivals import RIVALS, label_learner
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import count_observers
@@ -44,23 +34,18 @@ MEANINGS = {
 }
 
 
-def run(setup: Setup) -> Results:
-    """Runs the experiment."""
-    lifts = collect(setup)
-    numbers = summarise_lifts(lifts, measure, setup)
-    return Results(
-        order=54,
-        title="A family whose weight grows with size from an offset",
-        summary=(
+def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Describes the results: texts, claims and figures."""
+    return {
+        "title": "A family whose weight grows with size from an offset",
+        "summary": (
             f"{count_observers(setup.observers)} of each learner lifted five cylinders of one look, each"
             f" weighing {INTERCEPT:g} kg plus {DENSITY:g} kg/m³ times its volume, {CYCLES} times. Nobody has done"
             " this experiment yet."
         ),
-        finding="; ".join(_describe(numbers["learners"])) + ".",
-        data=lifts,
-        numbers=numbers,
-        claims=(),
-        figures={
+        "finding": "; ".join(_describe(numbers["learners"])) + ".",
+        "claims": (),
+        "figures": {
             "smallest": (
                 "Force before each lift of the smallest cylinder.",
                 partial(draw_forces, lifts, [SMALLEST], title="Smallest cylinder of a shallow family"),
@@ -70,29 +55,16 @@ def run(setup: Setup) -> Results:
                 partial(draw_forces, lifts, [LARGEST], title="Largest cylinder of a shallow family"),
             ),
         },
-        lifts=select_columns(lifts),
-        learners=[*numbers["learners"]],
-    )
+    }
 
 
-def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner."""
-    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS)
-
-
-def read(setup: Setup) -> list[Tool]:
-    """Makes the objects, and checks that the arm can hold them."""
+def make_objects() -> list[Tool]:
+    """Makes the objects."""
     tools = []
     for height in HEIGHTS:
         mass = INTERCEPT + DENSITY * np.pi * RADIUS**2 * height
         tools.append(cylinder(f"cylinder_{1000 * height:.0f}mm", radius=RADIUS, height=height, mass=float(mass)))
-    check_can_be_lifted("shallow_family", tools, setup.settings)
     return tools
-
-
-def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects; returns a row per lift."""
-    return run_lifts("shallow_family", setup, read(setup), design, _list_learners(setup))
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -116,7 +88,8 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
     )
 
 
-def _list_learners(setup: Setup) -> Sequence[Learner]:
+def list_all_learners(setup: Setup) -> Sequence[Learner]:
+    """Lists all learners, since a memory of each object does not err."""
     return [*list_learners(setup.settings.learner), *RIVALS.values()]
 
 
@@ -128,6 +101,13 @@ def _describe(n: Mapping[str, Mapping[str, Any]]) -> list[str]:
     ]
 
 
-EXPERIMENT = Experiment(
-    run, read, predict, observers=48, no_memory="in which nothing is felt", every_learner=True, settings=LiftSettings
+EXPERIMENT = build_lift_experiment(
+    "shallow_family",
+    make_objects,
+    design,
+    measure,
+    describe,
+    meanings=MEANINGS,
+    list_learners=list_all_learners,
+    observers=48,
 )

@@ -7,6 +7,8 @@ and beech, for reaching and for driving a nail. Expected: observers who value a 
 uncertain about the steel look, because two rods with that look differ. They lift the third such rod next, and then
 stop. The first two claims were written before any result was seen; the third after the simulation, but before any
 data of people.
+
+    affordance run examples/experiments/next_lift.py
 """
 
 from collections.abc import Mapping, Sequence
@@ -76,7 +78,6 @@ def run(setup: Setup) -> Results:
     free = shown[len(FAMILIAR) :]
     shares = [f"{found['like_next']:.0%} ({label_learner(learner)})" for learner, found in learners.items()]
     return Results(
-        order=52,
         title="What is lifted next after an odd object?",
         summary=(
             f"{count_observers(setup.observers)} of each learner held a rod of steel and one of beech, then an"

@@ -4,13 +4,14 @@ A participant sees two new colours; one belongs to a material eleven times as de
 in the two objects of Simulation II, of equal weight, with their steel far from or near the hand. After 0, 1, 2 and 6
 lifts the participant points to an end of a novel stick of both materials, once to reach along a path and once to hit
 a nail; the stick is never lifted. Nobody has done this yet. Expected: choices are at chance at first; later the share
-of right choices depends on the learner. ``two_ends_people.py`` reads the answers from a filled data sheet.
+of right choices depends on the learner. ``read_choices`` reads the answers from a filled data sheet.
 
-    affordance run two_ends
+    affordance run examples/experiments/two_ends.py
 
-The trial table is made in ``two_ends_design.py`` and frozen: any change of its SHA-256 is an error.
+The trial table is frozen before anybody takes part: any change of its SHA-256 is an error.
 """
 
+import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -27,24 +28,15 @@ from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.belief.learners import list_learners
 from affordance.choice.tasks import load_task
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments.shared.experiment import Experiment
 from affordance.experiments.shared.observer_numbers import ObserverNumbers
 from affordance.experiments.shared.observers import Setup
 from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments.table_lifts import TableExperiment, check_can_be_presented
 from affordance.extensions.people.experiments.trials import TrialTable, check_trials
-from affordance.extensions.people.experiments.two_ends_design import (
-    ASKED,
-    COLOURS,
-    FROZEN,
-    PARTICIPANTS,
-    TASKS,
-    build_data_sheet,
-    build_trials,
-    hash_trials,
-)
 from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.reporting.lift_means import PEOPLE
 from affordance.extensions.people.rivals import RIVALS, label_learner
 from affordance.files.atomic import write_text
 from affordance.objects.colour import parse_colour
@@ -56,8 +48,60 @@ from affordance.reporting.claims import ClaimResult, check, claim
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.statistics import estimate_proportion
 
+PARTICIPANTS = 48  # six for each of the eight orders
+COLOURS = {"blue": "#3f7fbf", "orange": "#c06a30"}  # either may be the colour of the dense material
+ASKED = (0, 1, 2, 6)  # numbers of lifts after which an end is chosen for both tasks
+TASKS = ("reach", "hammer")
+SEED = 20261127  # of the trial table only
+FROZEN = "af41ac041244c904c8506824be9db914c16e57dfe44a3e0b93c849ee0dcc8106"  # SHA-256 of the trial table as CSV
+# Columns of the data sheet that the experimenter fills in.
+FILLED_IN = ("chosen_end", "push_N", "response_time", "remark")  # response_time in seconds, as in BIDS
+INSTRUCTIONS = {
+    "": "Lift the object as in practice, and put it down.",
+    "reach": "Point to the end, left or right, by which you would hold the stick to reach along the path with it.",
+    "hammer": "Point to the end, left or right, by which you would hold the stick to hit the nail with it.",
+}
 ALPHA, POWER = 0.05, 0.8  # of one-sided tests
 MOST_EXACT = 200  # most participants (per group) for which tests are exact
+
+
+def build_trials() -> pd.DataFrame:
+    """Builds the trial table; dense colour, first object and first task are balanced, sides are random."""
+    rng, tables = np.random.default_rng(SEED), []
+    places = np.concatenate([rng.permutation(8) for _ in range(PARTICIPANTS // 8)])
+    for participant, place in enumerate(places, start=1):
+        dense, first, task = (
+            list(each)[(place >> bit) % 2] for bit, each in enumerate((COLOURS, ("far", "near"), TASKS))
+        )
+        second = "near" if first == "far" else "far"
+        rows: list[tuple[str, str, str, str]] = []
+        for lifts in range(ASKED[-1] + 1):
+            if lifts in ASKED:
+                for number in range(2):
+                    asked = TASKS[(TASKS.index(task) + number) % 2]
+                    side = ("left", "right")[int(rng.integers(2))]
+                    rows.append((f"after {lifts}", f"stick, {dense} dense", asked, side))
+            if lifts < ASKED[-1]:
+                rows.append(("lifts", f"{(first, second)[lifts % 2]}, {dense} dense", "", ""))
+        table = pd.DataFrame(rows, columns=["phase", "object", "task", "dense_end_is"])
+        table.insert(0, "participant", f"P{participant:02d}")
+        table.insert(1, "group", f"{dense} dense")
+        table.insert(4, "do", np.where(table["task"] == "", "lift", "choose"))
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def hash_trials(table: pd.DataFrame) -> str:
+    """Computes the SHA-256 of a trial table, written as CSV with line feeds."""
+    return hashlib.sha256(table.to_csv(index=False, lineterminator="\n").encode()).hexdigest()
+
+
+def build_data_sheet() -> pd.DataFrame:
+    """Builds the data sheet: numbered trials with an instruction, and empty columns to fill in."""
+    table = build_trials()
+    table.insert(1, "trial", table.groupby("participant").cumcount() + 1)
+    table["instruction"] = table["task"].map(INSTRUCTIONS)
+    return table.assign(**dict.fromkeys(FILLED_IN, ""))
 
 
 def make_objects(models: Path) -> list[Tool]:
@@ -109,6 +153,38 @@ def collect(setup: Setup) -> pd.DataFrame:
 
 def _list_learners(setup: Setup) -> Sequence[Learner]:
     return [*list_learners(setup.settings.learner), *RIVALS.values()]
+
+
+def read_choices(path: Path) -> pd.DataFrame:
+    """Reads the choices of a filled data sheet, with the columns of simulated choices; a row for each answer.
+
+    Rows may be in any order, and participants may be missing. Choices without an answer are left out. ``observer``
+    numbers the participants in the order of the sheet.
+
+    Raises:
+        BadValueError: A trial is not registered or was changed, or an answer is neither left nor right.
+    """
+    registered = build_data_sheet().astype({"trial": str}).set_index(["participant", "trial"])
+    sheet = pd.read_csv(path, sep=None, engine="python", dtype=str, keep_default_na=False)
+    rows = []
+    for number, given in enumerate(sheet.to_dict("records"), start=2):
+        key = given["participant"], given["trial"]
+        if key not in registered.index:
+            raise BadValueError(path, f"row {number}", f"is trial {key[1]} of {key[0]}, which is not registered")
+        row, end = registered.loc[key], given["chosen_end"]
+        for column in ("group", "phase", "object", "do", "task", "dense_end_is"):
+            if given[column] != row[column]:
+                problem = f"is {given[column]!r}, must be {row[column]!r}, as it was registered"
+                raise BadValueError(path, f"row {number}, {column}", problem)
+        if end and (row["do"] != "choose" or end not in ("left", "right")):
+            problem = f"is {end!r}, must be left or right for a choice and empty for a lift"
+            raise BadValueError(path, f"row {number}, chosen_end", problem)
+        if end:
+            chosen = "dense" if end == row["dense_end_is"] else "light"
+            rows.append((key[0], int(row["phase"].removeprefix("after ")), row["task"], chosen))
+    choices = pd.DataFrame(rows, columns=["participant", "lifts", "task", "chosen"])
+    choices["right"] = choices["chosen"] == choices["task"].map({"reach": "dense", "hammer": "light"})
+    return choices.assign(learner=PEOPLE, observer=pd.factorize(choices["participant"])[0])
 
 
 def measure(choices: pd.DataFrame) -> pd.DataFrame:
@@ -217,7 +293,6 @@ def run(setup: Setup) -> Results:
     finite = contrasts[np.isfinite(contrasts["people"])]
     numbers["contrasts"] = finite.head(50).to_dict("records")
     return Results(
-        order=53,
         title="Two ends of a stick that was never lifted",
         summary=(
             f"{count} participants, simulated with each learner, choose an end of a stick of two unknown"
