@@ -10,7 +10,7 @@ from affordance.experiments.shared.observers import Setup
 from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.experiments.lifts import run_lifts, summarise_lifts
-from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.participant import LiftSettings
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:

@@ -32,7 +32,7 @@ from affordance.extensions.people.experiments.lifts import (
     repeat,
     run_lifts,
 )
-from affordance.extensions.people.lift_settings import LiftSettings
+from affordance.extensions.people.participant import LiftSettings
 from affordance.extensions.people.rivals import OWN_AND_SHARED, OWN_MEMORY, label_learner
 from affordance.files.atomic import write_text
 from affordance.objects.tool import Tool

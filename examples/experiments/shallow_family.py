@@ -17,7 +17,7 @@ import pandas as pd
 from affordance.belief.learner import Learner
 from affordance.belief.learners import list_learners
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.people.experiments.lift_drawings import draw_forces
+from affordance.extensions.people.experiments.lift_figures import draw_forces
 from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.extensions.people.rivals import RIVALS, label_learner
 from affordance.objects.tool import Tool

@@ -18,7 +18,7 @@ import pandas as pd
 
 from affordance.experiments.shared.observer_numbers import PeopleSpread
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.people.experiments.lift_drawings import draw_forces
+from affordance.extensions.people.experiments.lift_figures import draw_forces
 from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.extensions.people.rivals import label_learner
 from affordance.objects.tool import Tool

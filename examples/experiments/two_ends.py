@@ -34,9 +34,9 @@ from affordance.experiments.shared.observer_numbers import ObserverNumbers
 from affordance.experiments.shared.observers import Setup
 from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments.table_lifts import TableExperiment, check_can_be_presented
+from affordance.extensions.people.experiments.trial_cells import PEOPLE
 from affordance.extensions.people.experiments.trials import TrialTable, check_trials
-from affordance.extensions.people.lift_settings import LiftSettings
-from affordance.extensions.people.reporting.lift_means import PEOPLE
+from affordance.extensions.people.participant import LiftSettings
 from affordance.extensions.people.rivals import RIVALS, label_learner
 from affordance.files.atomic import write_text
 from affordance.objects.colour import parse_colour

@@ -15,7 +15,7 @@ from affordance.belief.learners import KINDS_DRAWN
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
 from affordance.exceptions import BadValueError
 from affordance.extensions.people.experiments import linear
-from affordance.extensions.people.free_parameters import list_free
+from affordance.extensions.people.likelihood import list_free
 from affordance.extensions.people.participant import Participant
 from affordance.files.model_folder import MODELS
 from studies.recovery.people import PUSH_ERROR, Recovery, list_rivals, recover

@@ -17,9 +17,8 @@ from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.experiments.lifts import lift
 from affordance.extensions.people.fit import Question, score_ahead
-from affordance.extensions.people.free_parameters import list_free, set_values
-from affordance.extensions.people.lift_settings import LiftSettings, with_participant
-from affordance.extensions.people.participant import Participant
+from affordance.extensions.people.likelihood import list_free, set_values
+from affordance.extensions.people.participant import LiftSettings, Participant, with_participant
 from affordance.extensions.people.pushes import Lifts, Person
 from affordance.extensions.people.rivals import OWN_AND_SHARED, OWN_MEMORY
 from affordance.objects.tool import Tool

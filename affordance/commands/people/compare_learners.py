@@ -6,8 +6,7 @@ import json
 from affordance.belief.learners import KINDS_DRAWN, LEARNERS
 from affordance.commands.options import add_out, read_learner
 from affordance.commands.people.people_options import LEARNERS_HELP, add_fit_options, ask, read_setting
-from affordance.extensions.people.comparison import compare
-from affordance.extensions.people.fit import warn_of_noise
+from affordance.extensions.people.fit import compare, warn_of_noise
 from affordance.extensions.people.rivals import RIVALS
 from affordance.files.atomic import write_json, write_text
 from affordance.runs.repeats import prepare_folder

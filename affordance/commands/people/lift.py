@@ -13,16 +13,15 @@ from affordance.commands.options import (
     print_answer,
     read_learner,
 )
-from affordance.commands.people.tables import add_table_options, open_table
+from affordance.commands.people.people_options import add_table_options, open_table
 from affordance.commands.setups import check_own_name, read_setup
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.experiment import Experiment
 from affordance.experiments.shared.suite import run_suite
-from affordance.extensions.people.experiments.table_lifts import TableExperiment
+from affordance.extensions.people.experiments.table_lifts import TableExperiment, describe_means
 from affordance.extensions.people.experiments.trials import check_cost
-from affordance.extensions.people.lift_settings import LiftSettings
-from affordance.extensions.people.reporting.lift_means import describe_means
+from affordance.extensions.people.participant import LiftSettings
 from affordance.files.bounded import read_json
 from affordance.named_settings import change_settings, parse_changes
 from affordance.settings import DEFAULT_SETTINGS

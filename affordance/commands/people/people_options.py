@@ -1,24 +1,71 @@
-"""Options of the commands that fit learners to lifts."""
+"""Options of the commands on lifts: a trial table and its objects, and what is fitted to lifts."""
 
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.belief.learner import Learner
+from affordance.choice.inner_simulation import TaskCostModel
 from affordance.commands.catalogue import LEARNER_NAMES
 from affordance.commands.options import add_jobs, add_seed, add_set, check_bounds, refuse_changes
-from affordance.commands.people.columns import add_columns, read_columns
 from affordance.exceptions import BadValueError
+from affordance.extensions.people.experiments.trials import COLUMNS, TrialTable, read_trials
 from affordance.extensions.people.fit import Question
-from affordance.extensions.people.free_parameters import list_free
-from affordance.extensions.people.lift_settings import LiftSettings, with_participant
-from affordance.extensions.people.pushes import COLUMNS, Lifts, read_lifts
+from affordance.extensions.people.likelihood import list_free
+from affordance.extensions.people.participant import LiftSettings, with_participant
+from affordance.extensions.people.pushes import COLUMNS as LIFT_COLUMNS
+from affordance.extensions.people.pushes import Lifts, read_lifts
 from affordance.extensions.people.static_lifts import check_closed_form
 from affordance.named_settings import change_settings, parse_changes
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
+from affordance.robot import Robot
 from affordance.settings import Settings
+
+
+def add_columns(parser: argparse.ArgumentParser, columns: Sequence[str]) -> None:
+    """Adds ``--columns``."""
+    what = "columns that have another name in your table, for example object=stim participant=subj; ours are "
+    parser.add_argument("--columns", nargs="+", default=[], metavar="OURS=THEIRS", help=f"{what}{', '.join(columns)}")
+
+
+def read_columns(arguments: argparse.Namespace) -> dict[str, str]:
+    """Reads the names of columns in the user's table, by this program's names."""
+    return dict(map(_split, arguments.columns))
+
+
+def _split(word: str) -> tuple[str, str]:
+    ours, _, theirs = word.partition("=")
+    if not (ours and theirs):
+        raise BadValueError("--columns", "", f"is {word!r}, must be OURS=THEIRS, for example object=stim")
+    return ours, theirs
+
+
+# File name suffixes of trial tables.
+SUFFIXES = (".csv", ".tsv", ".txt")
+
+
+def add_table_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options that describe a table of trials."""
+    add = parser.add_argument
+    add("--objects", type=Path, metavar="FILE", help="tools file with the objects named in the table of trials")
+    add_columns(parser, COLUMNS)
+    add("--materials", type=Path, metavar="FILE", help="materials of the objects (default: the robot's)")
+    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the objects file)")
+
+
+def open_table(
+    arguments: argparse.Namespace, path: Path, robot: Robot
+) -> tuple[TrialTable, dict[str, TaskCostModel]]:
+    """Reads a table, its objects, and the tasks that it names; an error in any of them raises a BadValueError."""
+    if arguments.objects is None:
+        raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
+    materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
+    tools = load_tools(arguments.objects, materials, arguments.meshes)
+    table = read_trials(path, tools, materials, columns=read_columns(arguments), tasks=robot.tasks)
+    return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
+
 
 LEARNERS_HELP = f"{', '.join(LEARNER_NAMES)}, or your own as FILE.py:CLASS, whose code is run"
 
@@ -39,7 +86,7 @@ def add_fit_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="tools file with the objects (default: objects made from size and mass)",
     )
-    add_columns(parser, COLUMNS)
+    add_columns(parser, LIFT_COLUMNS)
     add("--draws", type=int, default=64, metavar="D", help="number of draws of the free parameters (default 64)")
     add("--particles", type=int, default=50, metavar="P", help="number of particles per draw (default 50)")
     add_seed(parser)

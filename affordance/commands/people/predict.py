@@ -16,16 +16,15 @@ from affordance.commands.options import (
     print_answer,
     read_changes,
 )
-from affordance.commands.people.tables import SUFFIXES, add_table_options, open_table
+from affordance.commands.people.people_options import SUFFIXES, add_table_options, open_table
 from affordance.commands.setups import check_experiment, check_learner, check_own_name, open_experiment, read_setup
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.experiment import Experiment
-from affordance.extensions.people.experiments.prediction import predict
+from affordance.extensions.people.experiments.prediction import POWER, format_predictions, predict
 from affordance.extensions.people.experiments.table_lifts import TableExperiment
 from affordance.extensions.people.experiments.trials import check_cost
-from affordance.extensions.people.lift_settings import LiftSettings
-from affordance.extensions.people.reporting.learner_predictions import POWER, format_predictions
+from affordance.extensions.people.participant import LiftSettings
 from affordance.files.bounded import read_json
 from affordance.named_settings import change_settings
 from affordance.robot import Robot

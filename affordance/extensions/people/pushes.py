@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
-from affordance.extensions.people.cylinder import cylinder
-from affordance.extensions.people.experiments.trial_cells import Cells
-from affordance.extensions.people.reporting.lift_means import PEOPLE
+from affordance.extensions.people.experiments.lifts import cylinder
+from affordance.extensions.people.experiments.trial_cells import PEOPLE, Cells
 from affordance.objects.colour import is_colour
 from affordance.objects.tool import Tool
 

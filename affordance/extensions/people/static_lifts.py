@@ -20,7 +20,7 @@ from affordance.belief.learner import Draws, Learner, Lesson, Seen, State
 from affordance.belief.normals import Normals
 from affordance.belief.rows import put_rows, take_rows
 from affordance.exceptions import BadArgumentError
-from affordance.extensions.people.push import Pushes
+from affordance.extensions.people.participant import Pushes
 from affordance.objects.appearance import Appearance, is_same_object
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import build_inertia_map
@@ -101,7 +101,12 @@ class StaticLifter:
         self.gravity = float(np.linalg.norm(ArmModel(arm).gravity))
         self.colours: list[Colour] = []
         self._tools = [self._see(tool) for tool in tools]
-        self._same = np.array([[_is_same_thing(one, other) for other in self._tools] for one in self._tools])
+        # Objects that differ only in mass look exactly the same, so only different looks are compared.
+        looks = {(each.colours, each.appearance): each for each in self._tools}
+        same = np.array([[_is_same_thing(one, other) for other in looks.values()] for one in looks.values()])
+        place = {look: number for number, look in enumerate(looks)}
+        places = np.array([place[each.colours, each.appearance] for each in self._tools])
+        self._same = same[np.ix_(places, places)]
         self._weights = np.array([each.weight for each in self._tools])
         self._tau = np.array([each.tau for each in self._tools])
         self._first = np.array([each.colours[0] for each in self._tools])

@@ -11,7 +11,7 @@ from helpers.results_files import read_numbers
 from affordance.belief.learners import LEARNERS
 from affordance.experiments.shared.observer_numbers import PeopleSpread
 from affordance.extensions.people.experiments import linear
-from affordance.extensions.people.reporting.learner_predictions import (
+from affordance.extensions.people.experiments.prediction import (
     contrast_learners,
     count_people,
     format_predictions,

@@ -14,12 +14,12 @@ from scipy.special import logsumexp
 
 from affordance.belief.learners import DENSITY, KINDS_DRAWN
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.people.comparison import compare
 from affordance.extensions.people.experiments.lifts import cylinder, repeat, run_lifts
 from affordance.extensions.people.fit import (
     MOST_NOISE,
     Question,
     arrange_for_loo,
+    compare,
     describe_fit,
     find_best,
     fit_each,
@@ -29,9 +29,8 @@ from affordance.extensions.people.fit import (
     score_ahead,
     warn_of_noise,
 )
-from affordance.extensions.people.free_parameters import list_free
-from affordance.extensions.people.lift_settings import LiftSettings
-from affordance.extensions.people.participant import Participant
+from affordance.extensions.people.likelihood import list_free
+from affordance.extensions.people.participant import LiftSettings, Participant
 from affordance.extensions.people.pushes import read_lifts
 from affordance.extensions.people.rivals import OWN_MEMORY
 

@@ -14,22 +14,31 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from affordance.arguments import check_number
 from affordance.arrays import Array, about
 from affordance.belief.learner import Learner
 from affordance.belief.learners import list_learners
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.experiments.shared.experiment import Experiment
 from affordance.experiments.shared.holds import compute_surprise, compute_volume, select_columns, show_kinds
 from affordance.experiments.shared.objects import check_can_be_held
 from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
 from affordance.experiments.shared.observers import Setup, run_observers
 from affordance.experiments.shared.results import Results
-from affordance.extensions.people.cylinder import cylinder as cylinder
-from affordance.extensions.people.lift_settings import LiftSettings, with_participant
-from affordance.extensions.people.participant import Participant
-from affordance.extensions.people.push import compute_heaviness, draw_participants, list_own_values
+from affordance.extensions.people.participant import (
+    LiftSettings,
+    Participant,
+    compute_heaviness,
+    draw_participants,
+    list_own_values,
+    with_participant,
+)
 from affordance.extensions.people.static_lifts import NOTHING, StaticLifter, check_closed_form
-from affordance.objects.tool import Tool
+from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
+from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
+from affordance.objects.materials import Material
+from affordance.objects.primitives import Cylinder
+from affordance.objects.tool import Component, Tool
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting.claims import with_interval
 from affordance.runs.random_streams import ObserverDraws, Stream
@@ -329,3 +338,17 @@ def build_lift_experiment(
     # No torques over time, so a lasting memory learns nothing.
     no_memory = "in which nothing is felt"
     return Experiment(run, read, predict, observers, (), no_memory, every_learner=True, settings=LiftSettings)
+
+
+def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
+    """Creates a cylinder of a single material, held at its middle; lengths in m, mass in kg.
+
+    A size, mass or density out of bounds, or an invalid colour, raises a BadArgumentError.
+    """
+    solid = Cylinder(check_number("radius", radius, 1e-3, 0.5, "m"), check_number("height", height, 1e-3, 1.0, "m"))
+    density = check_number("mass", mass, 1e-3, 100.0, "kg") / solid.volume
+    check_number(f"density of {name}", density, DENSITY_MIN, DENSITY_MAX, "kg/m^3")
+    if not is_colour(colour):
+        raise BadArgumentError("colour", "", f"is {colour!r}, {COLOUR_FORM}")
+    material = Material(name, parse_colour(colour), density, source="ours")
+    return Tool(name, (Component(solid, np.eye(4), material, material),))

@@ -18,9 +18,8 @@ from scipy.stats import t as student_t
 
 from affordance.experiments.shared.observer_numbers import PeopleSpread
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.people.experiments.lift_drawings import draw_forces, predict_by_size
+from affordance.extensions.people.experiments.lift_figures import PeopleMark, draw_forces, predict_by_size
 from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
-from affordance.extensions.people.reporting.lift_figures import PeopleMark
 from affordance.extensions.people.rivals import label_learner
 from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult, check, claim

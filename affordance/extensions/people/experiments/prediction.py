@@ -1,23 +1,186 @@
-"""Predictions for an experiment that people have not done yet, from simulated observers of every learner."""
+"""Predictions of every learner for an experiment without human data, and how well its measures separate learners."""
 
+import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.stats import norm
 
 from affordance.arrays import Array
 from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.people.reporting.learner_predictions import (
-    POWER,
-    Contrast,
-    Prediction,
-    contrast_learners,
-    summarise,
-)
 from affordance.files.atomic import to_plain, write_json
+from affordance.reporting.formatting import break_line, format_number, tabulate
+from affordance.reporting.statistics import Estimate, estimate_mean
 from affordance.runs.repeats import list_versions, prepare_folder
+
+# Smallest difference reported, in between-person standard deviations ("small" in Cohen 1988).
+_SMALL = 0.2
+# Default power of a test between two groups, and its two-sided significance level.
+POWER, _SIGNIFICANCE = 0.9, 0.05
+# Largest number of participants that is reported exactly.
+_MANY = 100_000
+# Relative spread below which values differ only by rounding.
+_ROUNDING = 1e-12
+# Quantiles of the observers that are shown as their spread.
+_SPREAD = (0.05, 0.95)
+
+
+class Prediction(NamedTuple):
+    """Prediction of a measure by a learner: mean with interval, SD, 5th and 95th percentile, and all values, (R,)."""
+
+    mean: Estimate
+    sd: float
+    low: float
+    high: float
+    values: Array
+
+
+class Contrast(NamedTuple):
+    """Separation of two learners by one measure."""
+
+    measure: str
+    learners: tuple[str, str]
+    difference: float  # mean of the second learner minus that of the first
+    # Cohen's d: difference divided by the standard deviation between people or, if unknown, between observers.
+    effect: float
+    # Probability that a person with the second learner has a larger value than one with the first; ties count half.
+    superiority: float
+    num_people: float  # size of each of two groups for a test with significance 0.05 and that power; at least 2
+    is_of_people: bool = False  # True if the spread between people is known
+    power: float = POWER
+
+
+def summarise(values: Array) -> Prediction:
+    """Summarises a measure of R observers, (R,)."""
+    low, high = (float(value) for value in np.quantile(values, _SPREAD))
+    sd = float(values.std(ddof=1))
+    return Prediction(estimate_mean(values), sd if sd > _ROUNDING * np.abs(values).max() else 0.0, low, high, values)
+
+
+def contrast_learners(
+    predictions: Mapping[str, Mapping[str, Prediction]],
+    people_sd: Mapping[str, float] | None = None,
+    *,
+    power: float = POWER,
+) -> list[Contrast]:
+    """Compares all pairs of learners on all measures; the measure that separates a pair best comes first.
+
+    Simulated observers vary less than people, whose push strength also varies. If the spread between people is known
+    from an experiment with the same measure, it is added to the spread of the observers. Measures with human data
+    come before those without.
+    """
+    contrasts = []
+    for measure, by_learner in predictions.items():
+        extra = (people_sd or {}).get(measure, 0.0)
+        for first, second in itertools.combinations(by_learner, 2):
+            one, other = by_learner[first], by_learner[second]
+            difference = float(other.mean.mean - one.mean.mean)
+            sd = math.sqrt(0.5 * (one.sd**2 + other.sd**2) + extra**2)
+            effect = difference / sd if sd > 0.0 else math.copysign(math.inf, difference) if difference else 0.0
+            contrasts.append(
+                Contrast(
+                    measure,
+                    (first, second),
+                    difference,
+                    effect,
+                    compute_superiority(one.values, other.values, extra),
+                    count_people(effect, power),
+                    measure in (people_sd or {}),
+                    power,
+                )
+            )
+    return sorted(contrasts, key=lambda contrast: (-contrast.is_of_people, -abs(contrast.effect)))
+
+
+def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
+    """Computes the probability that a second value exceeds a first one after normal noise is added to both.
+
+    Args:
+        first: Values of the first group, (M,).
+        second: Values of the second group, (N,).
+        extra_sd: Standard deviation of the added noise; without noise, ties count half.
+    """
+    differences = second[:, None] - first
+    if extra_sd > 0.0:
+        return float(norm.cdf(differences / (math.sqrt(2.0) * extra_sd)).mean())
+    return float((differences > 0.0).mean() + 0.5 * (differences == 0.0).mean())
+
+
+def count_people(effect: float, power: float = POWER) -> float:
+    """Computes the group size that a two-sided test between two means needs (normal approximation), at least 2."""
+    if effect == 0.0:
+        return math.inf
+    quantiles = norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + norm.ppf(power)
+    return max(2.0, math.ceil(2.0 * (quantiles / effect) ** 2))
+
+
+def format_predictions(
+    meanings: Mapping[str, str],
+    predictions: Mapping[str, Mapping[str, Prediction]],
+    contrasts: Sequence[Contrast],
+    spreads: Mapping[str, PeopleSpread] | None = None,
+    width: int = 0,
+) -> str:
+    """Formats predictions, spreads between people, and the measure that best separates each pair of learners.
+
+    Measures that are the same for all observers of all learners follow in one line. Lines are wrapped at ``width``
+    characters unless it is 0.
+    """
+    lines, same = [], []
+    for name, by_learner in predictions.items():
+        first, *_ = by_learner.values()
+        if len(by_learner) > 1 and all(each.sd == 0.0 and each.low == first.low for each in by_learner.values()):
+            same.append(f"{name} {_show(first.low)}")
+            continue
+        meaning = meanings.get(name) or meanings.get(name.split("[")[0])
+        lines.append(f"{name}: {meaning}" if meaning else name)
+        rows = [["", "mean", "95 % interval", "SD", "90 % of observers"]]
+        for learner, found in by_learner.items():
+            interval = f"[{_show(found.mean.low)}, {_show(found.mean.high)}]"
+            spread = f"{_show(found.low)} to {_show(found.high)}"
+            rows.append([learner, _show(found.mean.mean), interval, _show(found.sd, 2), spread])
+        lines += [f"    {line}" for line in tabulate(rows, (1, 3), max(width - 4, 0))]
+        if spreads and name in spreads:
+            lines.append(f"    SD between people {spreads[name].sd:.2g} ({spreads[name].source})")
+    if same:
+        lines.append(f"The same for all observers of all learners: {', '.join(same)}")
+    told: set[tuple[str, str]] = set()
+    for contrast in contrasts:
+        if contrast.learners not in told:
+            told.add(contrast.learners)
+            lines.append(describe_contrast(contrast))
+    return "\n".join(part for line in lines for part in break_line(line, width))
+
+
+def _show(value: Array | float, digits: int = 3) -> str:
+    """Formats a number; large ones have no exponent."""
+    text = f"{float(value):.{digits}g}"
+    return format_number(float(value), digits) if "e+" in text else text
+
+
+def describe_contrast(contrast: Contrast) -> str:
+    """Describes how well a measure separates two learners, among people or, without human data, observers."""
+    pair = " and ".join(contrast.learners)
+    if math.isinf(contrast.num_people):
+        return f"{pair} are not distinguished by any of these"
+    between = "people" if contrast.is_of_people else "observers"
+    size = f"difference {contrast.difference:.3g}, Cohen's d = {abs(contrast.effect):.2g} (spread between {between})"
+    number = f"{contrast.num_people:.0f}" if contrast.num_people <= _MANY else f"more than {_MANY}"
+    count = f"{number} participants per group"
+    test = f"(two-sided {_SIGNIFICANCE:.2g}, power {contrast.power:.2g})".replace("0.", ".")
+    if not contrast.is_of_people:
+        test += " if people differ no more than observers, which is not known"
+    if abs(contrast.effect) < _SMALL:
+        return (
+            f"{pair} are not distinguished by any of these: they differ most in {contrast.measure}: {size}; it would"
+            f" take {count} {test}"
+        )
+    return f"{pair} are distinguished best by {contrast.measure}: {size}; {count} suffice {test}"
+
 
 # File of the predictions, in the folder of the experiment's results.
 FILE = "predictions.json"

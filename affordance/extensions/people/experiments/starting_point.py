@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.people.experiments.lift_drawings import draw_forces
+from affordance.extensions.people.experiments.lift_figures import draw_forces
 from affordance.extensions.people.experiments.lifts import build_lift_experiment, cylinder, repeat
 from affordance.reporting.claims import check, claim
 

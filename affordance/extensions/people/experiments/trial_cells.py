@@ -14,6 +14,8 @@ from affordance.experiments.shared.holds import OWN_VALUES
 from affordance.files.bounded import read_text
 from affordance.files.constraints import OneLine, Within, run_check
 
+# Value of the column ``learner`` for people.
+PEOPLE = "people"
 # Largest table (SECURITY.md): bytes, columns and rows.
 _MOST_BYTES, _MOST_COLUMNS, _MOST_ROWS = 20_000_000, 100, 200_000
 _DELIMITERS = ",;\t"

@@ -26,8 +26,7 @@ from affordance.extensions.people.experiments.lifts import (
     run_lifts,
     summarise_lifts,
 )
-from affordance.extensions.people.lift_settings import LiftSettings
-from affordance.extensions.people.participant import Participant
+from affordance.extensions.people.participant import LiftSettings, Participant
 from affordance.extensions.pixels.pixel_eye import PIXELS
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from helpers.results_files import read_section
+from scipy.stats import t as student_t
 
 from affordance.belief.learners import DENSITY, KINDS_DRAWN, KINDS_MAP
 from affordance.belief.prior import Prior
@@ -11,7 +12,7 @@ from affordance.experiments.shared.holds import compute_volume
 from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.experiments.lifts import cylinder, lift
-from affordance.extensions.people.experiments.linear import Published
+from affordance.extensions.people.experiments.linear import Published, describe_people, find_spread
 
 G = 9.81  # [m/s^2]
 
@@ -121,3 +122,18 @@ def test_learned_fraction_just_below_zero_has_no_sign():
     own |= {f"{key}_ci95": (value, value) for key, value in own.items()}
     table = linear.tabulate({"learners": {"density": own}, "people": own})
     assert table["learned fraction f"].tolist() == ["0.00 [0.00, 0.00]"] * 2
+
+
+def test_values_have_their_interval_where_one_is_published():
+    people = {"end_N": Published(9.0, 8.0, 10.0), "weight_N": Published(11.77)}
+    assert describe_people(people) == {"end_N": 9.0, "end_N_ci95": [8.0, 10.0], "weight_N": 11.77}
+
+
+def test_spread_follows_from_the_interval_of_the_mean():
+    """A 95 % interval of +- 0.945 N over nine people is an SD of 0.945 / 2.306 * 3."""
+    assert find_spread(Published(8.13, 7.19, 9.08), 9, "a paper").sd == pytest.approx(0.945 / 2.306 * 3.0, rel=1e-4)
+    rng = np.random.default_rng(0)
+    drawn = rng.normal(10.0, 2.0, 14)
+    half = student_t.ppf(0.975, 13) * drawn.std(ddof=1) / np.sqrt(14)
+    found = find_spread(Published(10.0, 10.0 - half, 10.0 + half), 14, "a paper")
+    assert (found.sd, found.source) == (pytest.approx(drawn.std(ddof=1)), "a paper")

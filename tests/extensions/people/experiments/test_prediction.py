@@ -1,6 +1,7 @@
 """Predictions by made-up observers: numbers, entries of lists, spreads between people, and the file."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from affordance.belief.learners import LEARNERS
 from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread, measure_learners
 from affordance.experiments.shared.observers import Setup
+from affordance.extensions.people.experiments import prediction
 from affordance.extensions.people.experiments.prediction import predict
 
 MAP, DRAWN = "kinds_map", "kinds_drawn"
@@ -61,3 +63,58 @@ def test_every_learner_is_measured_by_its_own_settings():
     )
     assert found.values == {name: {"name": name} for name in LEARNERS}
     assert found.find_spreads({}) == {}
+
+
+def test_contrasts_are_those_of_two_normal_samples():
+    rng = np.random.default_rng(5)
+    one, other = rng.normal(0.0, 1.0, 1000), rng.normal(1.0, 1.0, 1000)
+    predictions = {"m": {"density": prediction.summarise(one), "kinds_map": prediction.summarise(other)}}
+    (contrast,) = prediction.contrast_learners(predictions)
+    assert contrast.effect == pytest.approx(1.0, abs=0.1)
+    assert contrast.superiority == pytest.approx(0.760, abs=0.03)  # Phi(1 / sqrt 2)
+    assert contrast.num_people == pytest.approx(22, abs=4)  # 2 (1.960 + 1.282)^2
+    (wider,) = prediction.contrast_learners(predictions, {"m": math.sqrt(3.0)})
+    assert wider.effect == pytest.approx(0.5 * contrast.effect, rel=0.03)
+    assert wider.superiority == pytest.approx(0.638, abs=0.03)
+
+
+def test_learners_that_do_the_same_are_not_told_apart():
+    same = {learner: prediction.summarise(np.ones(5)) for learner in ("density", "kinds_map")}
+    (contrast,) = prediction.contrast_learners({"first_N": same})
+    assert contrast.superiority == 0.5
+    assert math.isinf(contrast.num_people)
+    text = prediction.format_predictions({}, {"first_N": same}, [contrast])
+    assert "density and kinds_map are not distinguished by any of these" in text
+
+
+def test_measures_without_differences_follow_in_one_line():
+    same, other = prediction.summarise(np.full(3, 8500.0)), prediction.summarise(np.array([8000.0, 8100.0, 8300.0]))
+    predictions = {"density": {"a": other, "b": other}, "true": {"a": same, "b": same}}
+    text = prediction.format_predictions({"true": "true density"}, predictions, [])
+    assert text.splitlines()[-1] == "The same for all observers of all learners: true 8500"
+    assert text.startswith("density\n")
+    assert "8100 to" not in text
+    assert "8133" in text
+    assert "e+" not in text
+
+
+def test_rows_of_a_usual_prediction_fit_a_narrow_terminal():
+    values = np.array([-0.000105, 0.0302, 0.0544])
+    text = prediction.format_predictions({}, {"drop_m": {"kinds_drawn": prediction.summarise(values)}}, [], width=80)
+    assert len(text.splitlines()) == 3
+
+
+def test_learners_that_differ_by_less_than_observers_do_are_not_told_apart():
+    drawn = np.random.default_rng(5).normal(0.0, 1.0, 1000)
+    alike = {"density": prediction.summarise(drawn), "kinds_map": prediction.summarise(drawn + 0.001)}
+    (contrast,) = prediction.contrast_learners({"first_N": alike})
+    text = prediction.describe_contrast(contrast)
+    assert text.startswith("density and kinds_map are not distinguished by any of these: they differ most in first_N")
+    assert "it would take more than 100000 participants per group (two-sided .05, power .9) if people differ" in text
+
+
+def test_entries_of_a_list_have_the_meaning_of_the_list():
+    text = prediction.format_predictions(
+        {"drop_m": "drop of each rod, m"}, {"drop_m[1]": {"kinds_drawn": prediction.summarise(np.arange(3.0))}}, []
+    )
+    assert text.splitlines()[0] == "drop_m[1]: drop of each rod, m"

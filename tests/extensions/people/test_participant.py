@@ -7,8 +7,13 @@ from scipy.stats import norm
 
 from affordance.belief.learners import DENSITY, KINDS_DRAWN
 from affordance.exceptions import BadArgumentError
-from affordance.extensions.people.participant import Participant
-from affordance.extensions.people.push import Pushes, compute_heaviness, draw_participants, list_own_values
+from affordance.extensions.people.participant import (
+    Participant,
+    Pushes,
+    compute_heaviness,
+    draw_participants,
+    list_own_values,
+)
 
 MANY = 20_000
 

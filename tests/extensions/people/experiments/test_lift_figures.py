@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from affordance.extensions.people.reporting.lift_figures import LiftCurve, draw_lifts
+from affordance.extensions.people.experiments.lift_figures import LiftCurve, draw_lifts
 
 
 def test_forces_for_different_weights_are_drawn_as_shares_of_them():
