@@ -19,7 +19,6 @@ from affordance.extensions.payload.excitation.more_motion import USUAL_ACCELERAT
 from affordance.extensions.payload.excitation.motion_design import MotionDesign, NoMotionError, design_motion
 from affordance.extensions.payload.excitation.planned_motion import (
     FourierFamily,
-    Limit,
     MotionFamily,
     MotionLimits,
     PostureFamily,
@@ -106,7 +105,8 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         design, spread = design_motion(expectation, family, aim, seed=arguments.seed)
     except NoMotionError as error:
-        raise _blame(arguments, error) from error
+        advice = "choose more seconds, fewer postures, a lighter load, or a smaller --above"
+        raise BadValueError("--seconds", "", f"is {seconds:g}: {error}; {advice}") from error
     way = plan_way(chain, limits, robot.home, design.motion.q[0])
     lines, width = list(_describe(arguments, robot, aim, design, spread, way, acceleration)), find_width()
     content = {
@@ -176,19 +176,6 @@ def _check(arguments: argparse.Namespace) -> None:
         value = getattr(arguments, name.replace("-", "_"))
         for each in value if isinstance(value, list) else [] if value is None else [value]:
             check_number(f"--{name}", each, *bounds)
-
-
-def _blame(arguments: argparse.Namespace, error: NoMotionError) -> BadValueError:
-    """Builds the error that names the option to change if no motion satisfies the limits."""
-    if error.limit is Limit.HEIGHT:
-        return BadValueError("--above", "", f"is {arguments.above:g} m: {error}; choose a smaller height")
-    if error.limit is not Limit.TORQUE:
-        return BadValueError(
-            "--seconds", "", f"is {arguments.seconds:g}: {error}; choose more seconds, or fewer postures"
-        )
-    if _find_aim(arguments) is Aim.COST:
-        return BadValueError("--for", "", f"is {arguments.aim}: with the tool {error}; choose a lighter tool")
-    return BadValueError("--mass", "", f"is {arguments.mass:g} kg: {error}; choose a lighter load")
 
 
 def _find_aim(arguments: argparse.Namespace) -> Aim:

@@ -316,7 +316,7 @@ def _judge_fit(
         shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(
             np.maximum(before.covariance[:, 0, 0], 1e-30)
         )
-        for j in np.flatnonzero(settings.gains & (shift > _MOST_SHIFT)):
+        for j in np.flatnonzero(shift > _MOST_SHIFT):
             yield (
                 f"{robot.joint_names[j]}: the load implies a gain {shift[j]:.0f} standard deviations away from what "
                 "was known before: these are the gains of another robot or of another signal"

@@ -1,10 +1,10 @@
-"""Settings of identification, each with the source of its value; every nuisance can be switched off.
+"""Settings of identification, each with the source of its value.
 
 For numbers that come from a recording, docs/decisions/0020-recorded-data.md names the recording and other evidence.
 """
 
 import enum
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated
 
 from affordance.files.constraints import SEEDS, Setting, Whole, Within, check_fields
@@ -13,17 +13,6 @@ NUM_SAMPLES = Whole(100, 1_000_000)
 MIN_SPEED = Within(0.0, 10.0)  # [rad/s]
 _SHARE = Within(0.0, 10.0)
 _RECORDED = "docs/decisions/0020-recorded-data.md"
-
-
-# Fields of a signal's prior that are standard deviations of gains.
-_OF_GAINS = (
-    "scale_common_sd",
-    "scale_own_sd",
-    "drift_common_sd",
-    "drift_own_sd",
-    "change_common_sd",
-    "change_own_sd",
-)
 
 
 class SignalKind(enum.Enum):
@@ -113,10 +102,6 @@ class IdentificationSettings:
     """Settings of one identification.
 
     Attributes:
-        gains: True if gains are uncertain.
-        load_friction: True if friction grows with the load.
-        friction: True if friction and offsets are modelled.
-        tare: True if the apparent payload of an empty hand is subtracted (wrist sensor).
         floor: True if model errors that do not average out are added to the uncertainty.
         correlated_noise: True if the correlation of neighbouring errors is estimated; False for independent errors.
         signal_prior: Prior of the signal; None for the prior of its kind.
@@ -136,10 +121,6 @@ class IdentificationSettings:
         seed: Seed of the samples.
     """
 
-    gains: Annotated[bool, Setting("", f"gains drift between runs ({_RECORDED})")] = True
-    load_friction: Annotated[bool, Setting("", f"gears lose a share of the load ({_RECORDED})")] = True
-    friction: Annotated[bool, Setting("", f"friction changes between runs ({_RECORDED})")] = True
-    tare: Annotated[bool, Setting("", "the tare run is made with an empty hand (docs/identify.md)")] = True
     floor: Annotated[bool, Setting("", f"the apparent load of an empty hand does not average out ({_RECORDED})")] = (
         True
     )
@@ -184,15 +165,8 @@ class IdentificationSettings:
         check_fields(self)
 
     def get_prior(self, kind: SignalKind) -> SignalPrior:
-        """Returns the prior of a kind of signal, with zeros for nuisances that are switched off."""
-        prior = self.signal_prior or PRIORS[kind]
-        return replace(
-            prior,
-            **({} if self.gains else dict.fromkeys(_OF_GAINS, 0.0)),
-            load_friction=prior.load_friction if self.load_friction else 0.0,
-            load_friction_sd=prior.load_friction_sd if self.load_friction else 0.0,
-            friction_sd=prior.friction_sd if self.friction else 0.0,
-        )
+        """Returns the prior of a kind of signal."""
+        return self.signal_prior or PRIORS[kind]
 
 
 DEFAULT_SETTINGS = IdentificationSettings()

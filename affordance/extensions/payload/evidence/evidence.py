@@ -163,7 +163,7 @@ class Evidence:
 
         A wrist sensor has offsets only.
         """
-        if self.friction_left is not None and settings.friction:
+        if self.friction_left is not None:
             return self.friction_left
         sd = self.friction_scale * settings.get_prior(self.kind).friction_sd
         if self.kind is not SignalKind.WRENCH:

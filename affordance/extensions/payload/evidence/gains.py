@@ -15,7 +15,7 @@ from affordance.arguments import check_kind
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
-from affordance.files.atomic import write_text
+from affordance.files.atomic import write_json
 from affordance.files.constraints import Name, OneOf, StrPath, Text, Vector, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 
@@ -94,7 +94,7 @@ class Gains:
         drift[:, 0, 0] = (prior.drift_own_sd * g) ** 2
         # Load friction drifts only in signals that contain gear friction.
         if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
-            drift[:, 1, 1] = (settings.load_friction_drift * settings.load_friction * g) ** 2
+            drift[:, 1, 1] = (settings.load_friction_drift * g) ** 2
         friction_sd = self.friction_sd
         if friction_sd is not None:
             friction_sd = np.hypot(friction_sd, settings.friction_drift * np.abs(self.friction))
@@ -117,41 +117,26 @@ def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings
 
 
 def write_gains(path: StrPath, gains: Gains) -> None:
-    """Writes gains as YAML in full precision, for ``read_gains``.
+    """Writes gains as JSON, which is YAML, in full precision, for ``read_gains``.
 
     Raises:
         BadArgumentError: The argument is not of class Gains.
     """
     check_kind("gains", gains, Gains)
-    lines = [
-        f"source: {gains.source!r}",
-        f"robot: '{gains.robot}'",
-        f"signal: {gains.kind.value}",
-        f"common_sd: {gains.common_sd!r}",
-        "joints:",
-    ]
+    joints = {}
     for i, name in enumerate(gains.joint_names):
-        lines += [
-            f"  {name}:",
-            f"    gain: {float(gains.mean[i, 0])!r}  # {gains.kind.unit} per N m",
-            f"    load_friction: {float(gains.load_friction[i])!r}",
-            f"    covariance: {_list(gains.covariance[i, [0, 0, 1], [0, 1, 1]])}  # var(g), cov(g, h = mu g), var(h)",
-            f"    noise_variance: {float(gains.least_variance[i])!r}",
-        ]
+        joints[name] = {
+            "gain": gains.mean[i, 0],
+            "load_friction": gains.load_friction[i],
+            "covariance": gains.covariance[i, [0, 0, 1], [0, 1, 1]],
+            "noise_variance": gains.least_variance[i],
+        }
         if gains.friction_sd is not None:
-            lines += [
-                f"    friction: {_list(gains.friction[i])}  # direction, velocity, offset",
-                f"    friction_sd: {_list(gains.friction_sd[i])}",
-            ]
+            joints[name] |= {"friction": gains.friction[i], "friction_sd": gains.friction_sd[i]}
         if gains.own_weight is not None and np.isfinite(gains.own_weight[i]).all():
-            lines.append(
-                f"    own_weight: {_list(gains.own_weight[i])}  # ratio of the signal to the file's, and its error"
-            )
-    write_text(check_path("path", path), "\n".join(lines) + "\n")
-
-
-def _list(values: Array) -> str:
-    return f"[{', '.join(repr(float(value)) for value in values)}]"
+            joints[name]["own_weight"] = gains.own_weight[i]
+    head = {"source": gains.source, "robot": gains.robot, "signal": gains.kind.value, "common_sd": gains.common_sd}
+    write_json(check_path("path", path), head | {"joints": joints})
 
 
 def read_gains(path: StrPath) -> Gains:

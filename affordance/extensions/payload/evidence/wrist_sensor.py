@@ -146,7 +146,7 @@ def build_wrist_evidence(
         )
         for prepared in prepare_alike(runs, settings)
     ]
-    evidence = _tare(evidence, tare[0], settings) if tare and settings.tare else evidence
+    evidence = _tare(evidence, tare[0], settings) if tare else evidence
     if tilt is None:
         return evidence
     errors = tilt.measure_errors(robot, evidence.samples.Y, evidence.samples.signal, evidence.prepared.q)

@@ -1,7 +1,6 @@
 """Search for a motion that shows a payload well: the best of many random motions are improved by random changes."""
 
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
 from affordance.extensions.payload.excitation.expectation import Aim, Expectation, Spread
-from affordance.extensions.payload.excitation.planned_motion import Limit, LimitPlace, MotionFamily, list_times
+from affordance.extensions.payload.excitation.planned_motion import MotionFamily, list_times
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
 from affordance.extensions.payload.recording.preparation import PreparedRun
 from affordance.plant.serial_chain import ChainDynamics
@@ -36,16 +35,7 @@ class MotionDesign(NamedTuple):
 
 
 class NoMotionError(AffordanceError):
-    """No motion respects the limits.
-
-    Attributes:
-        limit: Limit that most of the motions exceed.
-    """
-
-    def __init__(self, message: str, limit: Limit) -> None:
-        """Stores the message and the limit."""
-        super().__init__(message)
-        self.limit = limit
+    """No motion respects the limits."""
 
 
 def design_motion(
@@ -100,31 +90,14 @@ def search(
     scores = np.array([judge(numbers) for numbers in drawn])
     kept = np.isfinite(scores)
     if not kept.any():
-        raise _explain(family, bodies, drawn, times)
+        limits = "the limits of angles, rates, torques and tip"
+        raise NoMotionError(f"none of {num_draws} motions of {family.duration:g} s respects {limits}")
     starts = np.argsort(scores, kind="stable")[: min(NUM_STARTS, int(kept.sum()))]
     improved = [_improve(judge, drawn[start], float(scores[start]), num_changes, rng) for start in starts]
     best, least = min(improved, key=lambda each: each[1])
     motion = family.build(best, list_times(family.duration, _OUTPUT_RATE))
     assert motion is not None
     return MotionDesign(motion, least, float(np.median(scores[kept])))
-
-
-def _explain(family: MotionFamily, bodies: Array, drawn: Sequence[Array], times: Array) -> NoMotionError:
-    """Explains why none of the random motions respects the limits, by the limit that most of them exceed."""
-    built = [motion for numbers in drawn if (motion := family.build(numbers, times)) is not None]
-    shares = [family.limits.measure_shares(family.robot, motion, bodies) for motion in built]
-    worst = [max(each, key=lambda place: each[place]) for each in shares]
-    counts = Counter({LimitPlace(Limit.TIME, ""): len(drawn) - len(built), **Counter(worst)})
-    ((place, _),) = counts.most_common(1)
-    message = f"none of {len(drawn)} motions of {family.duration:g} s respects the limits: most of them "
-    if place.limit is Limit.TIME:
-        return NoMotionError(message + "need more time", place.limit)
-    least = min(each[place] for each, broken in zip(shares, worst, strict=True) if broken == place)
-    if place.limit is Limit.HEIGHT:
-        reason = f"come at least {least - _USED:.2g} m too low"
-    else:
-        reason = f"need at least {least:.2f} times the {place.limit.value} limit of {place.of}"
-    return NoMotionError(message + reason, place.limit)
 
 
 def _improve(

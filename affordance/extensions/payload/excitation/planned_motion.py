@@ -5,8 +5,6 @@ and of the tip are checked. Collisions are not checked, as the surroundings of t
 """
 
 import abc
-import enum
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, override
@@ -28,25 +26,6 @@ _RATE, _WAY_RATE = 10.0, 50.0  # sampling rates at which motions are compared, a
 _SWEEP_SPEED, _SHORTEST = 0.1, 0.2
 _PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # peaks of a minimum-jerk move by 1 rad in 1 s
 _TRIALS = 4  # attempts to slow a motion down until the tip is slow enough
-
-
-class Limit(enum.Enum):
-    """Limit of a motion."""
-
-    ANGLE = "angle"
-    VELOCITY = "velocity"
-    ACCELERATION = "acceleration"
-    TORQUE = "torque"
-    TIP_SPEED = "speed"
-    HEIGHT = "height"
-    TIME = "time"
-
-
-class LimitPlace(NamedTuple):
-    """Limit, with the name of the joint that it applies to, or of the tip."""
-
-    limit: Limit
-    of: str
 
 
 class MotionLimits(NamedTuple):
@@ -85,10 +64,10 @@ class MotionLimits(NamedTuple):
             height,
         )
 
-    def measure_shares(
+    def compute_excess(
         self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
-    ) -> Mapping[LimitPlace, float]:
-        """Computes the share of each limit that a motion uses, at most over some bodies, shape (K, 10).
+    ) -> float:
+        """Computes the largest share of any limit that a motion uses, at most over some bodies, shape (K, 10).
 
         A share above 1 exceeds a limit. The share of the tip's least height is 1 minus the height in metres above it.
         The dynamics of the motion are computed if not given.
@@ -96,26 +75,14 @@ class MotionLimits(NamedTuple):
         q, v, vdot = motion.motion
         tip, arm, Y = dynamics or robot.compute_dynamics(q, v, vdot)
         middle, half = 0.5 * (self.q_upper + self.q_lower), 0.5 * (self.q_upper - self.q_lower)
-        of_joints = {
-            Limit.ANGLE: np.abs(q - middle) / half,
-            Limit.VELOCITY: np.abs(v) / self.v_max,
-            Limit.ACCELERATION: np.abs(vdot) / self.vdot_max,
-            Limit.TORQUE: np.max([np.abs(arm + Y @ pi) for pi in bodies], axis=0) / self.tau_max,
-        }
-        shares = {
-            LimitPlace(limit, name): float(share)
-            for limit, each in of_joints.items()
-            for name, share in zip(robot.joint_names, each.max(axis=0), strict=True)
-        }
-        shares[LimitPlace(Limit.TIP_SPEED, "the tip")] = _compute_speed(tip, v) / self.tip_speed
-        shares[LimitPlace(Limit.HEIGHT, "the tip")] = 1.0 - float(tip.p_WT[:, 2].min() - self.height)
-        return shares
-
-    def compute_excess(
-        self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
-    ) -> float:
-        """Computes the largest share of any limit that a motion uses; arguments as for ``measure_shares``."""
-        return max(self.measure_shares(robot, motion, bodies, dynamics).values())
+        shares = [
+            np.abs(q - middle) / half,
+            np.abs(v) / self.v_max,
+            np.abs(vdot) / self.vdot_max,
+            np.max([np.abs(arm + Y @ pi) for pi in bodies], axis=0) / self.tau_max,
+        ]
+        of_tip = _compute_speed(tip, v) / self.tip_speed, 1.0 - float(tip.p_WT[:, 2].min() - self.height)
+        return max(*(float(each.max()) for each in shares), *of_tip)
 
 
 def compute_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
@@ -162,13 +129,7 @@ def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array)
     )
     while True:
         times = np.linspace(0.0, duration, max(2, round(duration * _WAY_RATE)) + 1)
-        x = (times / duration)[:, None]
-        motion = to_motion(
-            times,
-            start + step * x**3 * (10.0 - 15.0 * x + 6.0 * x**2),
-            step * 30.0 * x**2 * (1.0 - x) ** 2 / duration,
-            step * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2,
-        )
+        motion = _move(times, (times / duration)[:, None], start, step, duration)
         over = compute_tip_speed(robot, motion) / (_USED * limits.tip_speed)
         if over <= 1.0:
             return motion
@@ -293,9 +254,14 @@ class PostureFamily(MotionFamily):
         length = durations[i][:, None]
         x = np.clip((times - starts[i])[:, None] / length, 0.0, 1.0)
         step = points[i + 1] - points[i]
-        return to_motion(
-            times,
-            points[i] + step * x**3 * (10.0 - 15.0 * x + 6.0 * x**2),
-            step * 30.0 * x**2 * (1.0 - x) ** 2 / length,
-            step * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / length**2,
-        )
+        return _move(times, x, points[i], step, length)
+
+
+def _move(times: Array, x: Array, start: Array, step: Array, duration: Array | float) -> PreparedRun:
+    """Builds minimum-jerk moves at times, (N,), from the share x of their duration that has passed, (N, 1)."""
+    return to_motion(
+        times,
+        start + step * x**3 * (10.0 - 15.0 * x + 6.0 * x**2),
+        step * 30.0 * x**2 * (1.0 - x) ** 2 / duration,
+        step * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2,
+    )

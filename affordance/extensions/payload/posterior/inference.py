@@ -111,7 +111,7 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
     prior = settings.get_prior(evidence.kind)
     unit = evidence.kind.unit
     sentences = [f"signal: {evidence.kind.value.replace('_', ' ')} [{unit}]; {evidence.analysis}"]
-    sentences.append(f"gains: {gains.source}{'' if settings.gains else '; their drift is switched off'}")
+    sentences.append(f"gains: {gains.source}")
     if evidence.is_difference and prior.change_common_sd > 0.0:
         together, each = 100.0 * prior.change_common_sd, 100.0 * prior.change_own_sd
         sentences.append(f"change of gains since the empty run: +-{together:g} % in common and +-{each:g} % each")
@@ -126,9 +126,7 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
             friction = (
                 f"+-{left[:, 0].min():.2g} to {left[:, 0].max():.2g} {unit} after the fit, and offset {friction}"
             )
-        sentences.append(
-            f"friction (direction, velocity) and offset: {friction}" if settings.friction else "friction: none (off)"
-        )
+        sentences.append(f"friction (direction, velocity) and offset: {friction}")
         if not evidence.is_at_rest:
             sentences.append(f"samples of a joint slower than {settings.min_speed:g} rad/s are left out")
         elif evidence.kind is not SignalKind.JOINT_TORQUE:

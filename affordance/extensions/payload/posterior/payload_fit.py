@@ -39,7 +39,7 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
     """Builds the prior of all unknowns but the payload, from gains that include drift."""
     friction_sd = evidence.list_friction_sds(settings)
     # Calibrated friction does not apply if another run was subtracted.
-    carried = None if evidence.is_difference or not settings.friction else gains.friction_sd
+    carried = None if evidence.is_difference else gains.friction_sd
     return ChannelPrior(
         gains.mean,
         gains.covariance,
@@ -113,7 +113,7 @@ def add_friction_error(
     """
     if evidence.is_at_rest:  # friction has no direction at rest, and its errors are part of the residual
         return evidence
-    if not (evidence.is_repeated and settings.floor and settings.friction) or gains.is_by_weight:
+    if not (evidence.is_repeated and settings.floor) or gains.is_by_weight:
         return evidence
     prior = build_channel_prior(evidence, gains, settings)
     fit = fit_payload(evidence, prior, solid, settings)

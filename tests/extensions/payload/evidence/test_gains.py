@@ -27,8 +27,7 @@ def evidence(robot):
 
 
 def test_gains_and_load_friction_are_found_from_a_weighed_load(evidence):
-    # Gains of both runs are the same here.
-    gains = calibrate_gains(evidence, PAYLOAD[0], replace(DEFAULT_SETTINGS, gains=False))
+    gains = calibrate_gains(evidence, PAYLOAD[0], DEFAULT_SETTINGS)
     sd = np.sqrt(gains.covariance[:, 0, 0])
     # Joints that lift the load; those of the wrist hardly feel it.
     for joint in (1, 2):

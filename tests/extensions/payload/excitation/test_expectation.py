@@ -12,7 +12,7 @@ from affordance.extensions.payload.excitation.planned_motion import FourierFamil
 from affordance.extensions.payload.posterior.log_cholesky import compute_jacobian
 from affordance.extensions.payload.posterior.payload_fit import build_channel_prior, fit_payload
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
-from affordance.extensions.payload.settings import SignalKind, SignalPrior
+from affordance.extensions.payload.settings import PRIORS, SignalKind, SignalPrior
 
 
 @pytest.fixture
@@ -88,11 +88,10 @@ def test_moments_and_cost_follow_from_the_same_covariance(expectation, motion):
     assert far.predict(nothing).inertia == pytest.approx(expectation.predict(nothing).inertia, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["gains", "friction"])
-def test_what_is_switched_off_is_not_counted(expectation, motion, name):
-    settings = replace(expectation.settings, **{name: False})
-    covariance = expectation.gains.covariance * (name != "gains")
-    surer = replace(expectation, settings=settings, gains=replace(expectation.gains, covariance=covariance))
+@pytest.mark.parametrize("fields", [("change_common_sd", "change_own_sd"), ("friction_sd",)])
+def test_what_is_certain_is_not_counted(expectation, motion, fields):
+    prior = replace(PRIORS[expectation.gains.kind], **dict.fromkeys(fields, 0.0))
+    surer = replace(expectation, settings=replace(expectation.settings, signal_prior=prior))
     assert surer.predict(motion).mass < expectation.predict(motion).mass
 
 

@@ -6,7 +6,7 @@ import pytest
 from affordance.extensions.payload.excitation import motion_design
 from affordance.extensions.payload.excitation.expectation import Aim
 from affordance.extensions.payload.excitation.motion_design import NoMotionError, design_motion, search
-from affordance.extensions.payload.excitation.planned_motion import FourierFamily, Limit, PostureFamily, list_times
+from affordance.extensions.payload.excitation.planned_motion import FourierFamily, PostureFamily
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
 
 FEW = {"num_draws": 12, "num_changes": 20}
@@ -59,23 +59,10 @@ def test_what_a_motion_is_for_is_what_it_shows(expectation, limits):
 
 
 def test_no_motion_within_the_limits_is_said(expectation, limits):
-    family = PostureFamily(expectation.robot, limits, 1.0, 8)
-    with pytest.raises(NoMotionError, match=r"none of 12 motions of 1 s .*: most of them need more time"):
-        design_motion(expectation, family, Aim.MASS, **FEW)
-
-
-def test_the_limit_that_most_motions_break_is_named_with_the_least_share(expectation, limits):
-    robot, bodies = expectation.robot, parameters_from_theta(expectation.bodies)
-    weak = limits._replace(tau_max=np.where(np.arange(6) == 1, 1e-3, limits.tau_max))
-    family = FourierFamily(robot, weak, 4.0)
-    with pytest.raises(NoMotionError) as caught:
-        design_motion(expectation, family, Aim.MASS, **FEW)
-    rng = np.random.default_rng(0)
-    motions = [family.build(family.draw(rng), list_times(4.0)) for _ in range(12)]
-    least = min(weak.compute_excess(robot, motion, bodies) for motion in motions)
-    assert caught.value.limit is Limit.TORQUE
-    assert str(caught.value).endswith(f" {least:.2f} times the torque limit of {robot.joint_names[1]}")
-    family = FourierFamily(robot, limits._replace(height=4.0), 4.0)
-    with pytest.raises(NoMotionError, match=r"most of them come at least .* m too low") as caught:
-        design_motion(expectation, family, Aim.MASS, **FEW)
-    assert caught.value.limit is Limit.HEIGHT
+    for family in (
+        PostureFamily(expectation.robot, limits, 1.0, 8),
+        FourierFamily(expectation.robot, limits._replace(tau_max=1e-3 * limits.tau_max), 4.0),
+        FourierFamily(expectation.robot, limits._replace(height=4.0), 4.0),
+    ):
+        with pytest.raises(NoMotionError, match=r"none of 12 motions of \d s respects the limits"):
+            design_motion(expectation, family, Aim.MASS, **FEW)
