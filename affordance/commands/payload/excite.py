@@ -9,11 +9,9 @@ import yaml
 
 from affordance.arguments import check_number, check_whole
 from affordance.arrays import Array
-from affordance.choice.listed_options import list_drawn_options
-from affordance.choice.pricing import plan_options
 from affordance.commands import options
 from affordance.commands.terminal import find_width
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
+from affordance.exceptions import BadValueError
 from affordance.extensions.payload.excitation.expectation import Aim, Expectation, Spread, find_errors
 from affordance.extensions.payload.excitation.more_motion import USUAL_ACCELERATION
 from affordance.extensions.payload.excitation.motion_design import MotionDesign, NoMotionError, design_motion
@@ -28,13 +26,9 @@ from affordance.extensions.payload.recording.preparation import PreparedRun
 from affordance.extensions.payload.settings import SignalKind
 from affordance.files.atomic import write_text
 from affordance.files.constraints import Whole
-from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_tools
-from affordance.objects.materials import MATERIALS, load_materials
 from affordance.plant.serial_chain import SerialChain
 from affordance.reporting.formatting import break_line
 from affordance.robot import Robot
-from affordance.settings import Settings
 
 # Mass error that does not average out over time, [kg], and factor within which the SD of a mass is near it.
 _FLOOR, _NEAR_FLOOR = 0.01, 1.2
@@ -55,14 +49,10 @@ _SECOND = 1_000_000_000  # [ns]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "what to identify: mass, com or inertia, or a task of the robot, for the cost of that task (default mass)"
-    add("--for", dest="aim", default="mass", metavar="AIM", help=what)
+    add("--for", dest="aim", choices=[each.value for each in Aim], default="mass", help="what to identify")
     add("--seconds", type=float, default=8.0, metavar="S", help="duration of the motion (default 8)")
     add("--postures", type=int, metavar="N", help="visit N postures (default: a motion as a Fourier series)")
     add("--mass", type=float, default=1.0, metavar="KG", help="approximate mass of the load (default 1)")
-    what = "tools file, if --for names a task"
-    add("--tools", type=Path, default=MODELS / "workshop" / "tools.yaml", metavar="FILE", help=what)
-    add("--only", metavar="NAME", help="tool that will be held (default: the first)")
     add(
         "--gains", type=Path, metavar="FILE", help="gains.yaml written by identify, with gains and errors of this arm"
     )
@@ -75,7 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_answer(parser, "motion.csv, trajectory.yaml, excite.json and .txt")
     options.add_robot(parser)
     options.add_seed(parser)
-    options.add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -89,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
         )
     chain = robot.chain
     acceleration = _limit_acceleration(chain, given)
-    expectation, aim = _expect(arguments, robot), _find_aim(arguments)
+    expectation, aim = _expect(arguments, robot), Aim(arguments.aim)
     limits = MotionLimits.around(
         robot.home,
         robot.limits._replace(v_max=np.minimum(robot.limits.v_max, chain.velocity_limits)),
@@ -120,8 +109,6 @@ def run(arguments: argparse.Namespace) -> int:
         "start": dict(zip(robot.joint_names, design.motion.q[0], strict=True)),
         "sentence": "\n".join(lines),
     }
-    if aim is Aim.COST:
-        content["predicted_sd"] |= {"cost_J": spread.cost}
     if arguments.out is not None:
         write_text(arguments.out / "motion.csv", format_csv(design.motion))
         write_text(arguments.out / "trajectory.yaml", format_trajectory(robot.joint_names, design.motion))
@@ -178,16 +165,11 @@ def _check(arguments: argparse.Namespace) -> None:
             check_number(f"--{name}", each, *bounds)
 
 
-def _find_aim(arguments: argparse.Namespace) -> Aim:
-    measured = [each.value for each in Aim if each is not Aim.COST]
-    return Aim(arguments.aim) if arguments.aim in measured else Aim.COST
-
-
 def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
     """Builds the expected precision from the gains, the torque errors and the assumed load.
 
     Raises:
-        BadValueError: If the aim is unknown, or a joint has no effort limit and no gains file gives its error.
+        BadValueError: If a joint has no effort limit and no gains file gives its error.
     """
     chain = robot.chain
     gains, density = find_errors(chain.joint_names, robot.limits.tau_max, SignalKind.JOINT_TORQUE, arguments.gains)
@@ -197,22 +179,7 @@ def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
         raise BadValueError(
             robot.directives, name, "has no effort limit, must have one, or its errors must be given with --gains"
         )
-    load = Expectation.of_load(chain, gains, density, mass=arguments.mass, floor=_FLOOR)
-    if _find_aim(arguments) is not Aim.COST:
-        return load
-    if arguments.aim not in robot.tasks:
-        names = [*(each.value for each in Aim if each is not Aim.COST), *robot.tasks]
-        raise BadValueError("--for", "", describe_choice(arguments.aim, names))
-    tools = load_tools(arguments.tools, load_materials(robot.folder / MATERIALS.name))
-    tool, *_ = options.choose_tools(tools, [arguments.only] if arguments.only else [], arguments.tools)
-    settings = options.change_by_name(arguments, Settings(arm=robot.directives))
-    choice = plan_options(list_drawn_options([tool])[:1], robot.load_task(arguments.aim), settings)
-    pi = next(iter(tool.list_gripped().values())).parameters
-    expectation = load.of_task(pi, lambda each: choice.compute_costs(each[None]).cost[0])
-    if not np.isfinite(expectation.slope).all():
-        reason = choice.cost_models[0].infeasible_reason or "its cost is infinite"
-        raise AffordanceError(f"{arguments.aim} cannot be done with {name_object(tool.name)}: {reason}")
-    return expectation
+    return Expectation.of_load(chain, gains, density, mass=arguments.mass, floor=_FLOOR)
 
 
 def _describe(
@@ -227,12 +194,10 @@ def _describe(
     """Describes the motion and its predicted precision, line by line."""
     of = {Aim.MASS: "the mass", Aim.COM: "the centre of mass", Aim.INERTIA: "the moments of inertia"}
     form = "Fourier motion" if arguments.postures is None else f"Visit of {arguments.postures} postures"
-    what = of.get(aim, f"the cost of {arguments.aim}")
-    yield f"{form}, {arguments.seconds:g} s, to identify {what} with {robot.name}"
-    cost = f", cost {spread.cost:.2g} J" if aim is Aim.COST else ""
+    yield f"{form}, {arguments.seconds:g} s, to identify {of[aim]} with {robot.name}"
     yield (
         f"Predicted standard deviations: mass {1e3 * spread.mass:.0f} g, centre of mass {1e3 * spread.com:.1f} mm, "
-        f"moments of inertia {spread.inertia:.2g} kg m^2{cost}"
+        f"moments of inertia {spread.inertia:.2g} kg m^2"
     )
     yield (
         f"The median of random motions within the same limits has an SD {design.typical / design.score:.1f} times as "

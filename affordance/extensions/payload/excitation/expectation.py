@@ -8,7 +8,6 @@ achieved.
 """
 
 import enum
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -25,7 +24,6 @@ from affordance.extensions.payload.evidence.payload_likelihood import PayloadLik
 from affordance.extensions.payload.posterior.log_cholesky import (
     compute_jacobian,
     parameters_from_theta,
-    theta_from_parameters,
 )
 from affordance.extensions.payload.posterior.payload_fit import PayloadFit, build_channel_prior
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
@@ -38,8 +36,6 @@ from affordance.plant.serial_chain import ChainDynamics, SerialChain
 _ERROR = 0.002
 # Number of bodies over which a prediction is averaged, and their relative spread in mass.
 _NUM_BODIES, _MASS_SD = 4, 0.1
-# Finite-difference step of the ten parameters, relative to the body.
-_STEP = 1e-4
 
 
 class Aim(enum.Enum):
@@ -48,7 +44,6 @@ class Aim(enum.Enum):
     MASS = "mass"
     COM = "com"
     INERTIA = "inertia"
-    COST = "cost"  # cost of a task with the body
 
 
 class Spread(NamedTuple):
@@ -57,7 +52,6 @@ class Spread(NamedTuple):
     mass: float  # standard deviation of the mass, [kg]
     com: float  # standard deviation of the centre of mass, root sum of squares over its coordinates, [m]
     inertia: float  # standard deviation of the moments of inertia about the centre of mass, likewise, [kg m^2]
-    cost: float  # standard deviation of the cost of a task, in its unit; 0 without a task
 
     def get(self, aim: Aim) -> float:
         """Returns the standard deviation of one quantity."""
@@ -78,8 +72,6 @@ class Expectation:
     bodies: Array
     # Covariance of the phantom payload, which does not average out over time, shape (10, 10).
     floor: Array = field(default_factory=lambda: np.zeros((10, 10)))
-    # Derivative of a task's cost with respect to the ten parameters, shape (10,); zero without a task.
-    slope: Array = field(default_factory=lambda: np.zeros(10))
     settings: IdentificationSettings = DEFAULT_SETTINGS
 
     @classmethod
@@ -98,18 +90,6 @@ class Expectation:
         """Builds the expectation of the most probable body of a run; gains are those known before it."""
         density, floor = fit.long_run_variance / fit.evidence.rate, fit.evidence.phantom_covariance
         return cls(robot, gains, density, fit.mode.theta[None], floor, settings=settings)
-
-    def of_task(self, pi: Array, compute_cost: Callable[[Array], Array]) -> Self:
-        """Returns the expectation of a known body, (10,), with the slope of a task's cost.
-
-        ``compute_cost`` maps parameters (S, 10) to costs (S,). The slope is found by central differences, and is not
-        finite where the cost is not.
-        """
-        step = _STEP * np.linalg.norm(pi)
-        cost = compute_cost(np.concatenate([pi + step * np.eye(10), pi - step * np.eye(10)]))
-        with np.errstate(invalid="ignore"):
-            slope = (cost[:10] - cost[10:]) / (2.0 * step)
-        return replace(self, bodies=theta_from_parameters(pi)[None], slope=slope)
 
     def build_evidence(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Evidence:
         """Builds the evidence of a motion, minus an empty run of it, as far as it is known beforehand.
@@ -174,7 +154,6 @@ class Expectation:
                     C[0, 0] * pi[0] ** 2,
                     C[1:4, 1:4].trace(),
                     (about @ C @ about.T).trace(),
-                    self.slope @ D @ C @ D.T @ self.slope,
                 ]
             )
         return Spread(*(float(each) for each in np.sqrt(np.mean(squares, axis=0))))

@@ -6,7 +6,6 @@ A table with jumps is not a recording of a motion: a filter would turn each jump
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from affordance.arrays import Array
 
@@ -34,7 +33,6 @@ _RATE_FACTOR = 5.0
 # Largest relative difference between a quantity and its integrated rate, which noise of the rate never reaches.
 _RATE_APART = 0.3
 _LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
-_LISTED = 5  # number of rows that a message lists
 # Largest delay of a rate behind its quantity that is considered, [s].
 _LONGEST_LAG = 0.5
 
@@ -91,7 +89,6 @@ class Fault(NamedTuple):
 def find_fault(
     times: Array,
     q: Array,
-    rows: NDArray[np.intp],
     *,
     limits: Array | None = None,
     ranges: Array | None = None,
@@ -102,7 +99,6 @@ def find_fault(
     Args:
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
-        rows: Row of the file that holds each sample, shape (N,).
         limits: Velocity limits from the robot's file, shape (n,), [rad/s]; None if the robot is not known.
         ranges: Lower and upper angle limit of each joint from the file, shape (2, n), [rad]; None if not known.
         source: Name of the robot's file.
@@ -124,7 +120,7 @@ def find_fault(
     if is_smooth:
         looks = _explain_units(q, typical, worst, _TURN * np.array([[-1.0], [1.0]]) if ranges is None else ranges)
     else:
-        looks = _explain_jumps(q, rows, jumps)
+        looks = _explain_jumps(q, jumps)
     by = f"according to {source}" if worst.limit < FASTEST else "for any arm"
     rate = f"{worst.rate:.3g} rad/s, must be at most {worst.limit:.3g} {by}"
     change = f"changes by {abs(worst.change):.3g} rad in {worst.step:.3g} s"
@@ -148,45 +144,21 @@ def _explain_units(q: Array, step: float, worst: Jump, ranges: Array) -> str:
     return "are the units of time and angles as described, and is the robot's file the one of this arm?"
 
 
-def _explain_jumps(q: Array, rows: NDArray[np.intp], jumps: tuple[Jump, ...]) -> str:
+def _explain_jumps(q: Array, jumps: tuple[Jump, ...]) -> str:
     """Explains the likely cause of jumps in a table."""
     changes = np.abs([jump.change for jump in jumps])
     off_turns = np.abs(changes - _TURN * np.maximum(np.rint(changes / _TURN), 1.0))
     allowed = np.array([_RATE_SLACK * jump.limit * jump.step + _NOISE for jump in jumps])
     if np.mean(off_turns <= allowed) > 0.5:
         return "the angle jumps by a turn (2 pi), like an encoder that wraps around: unwrap it, as numpy.unwrap does"
-    places = np.unique([jump.row for jump in jumps])
-    alone = _find_alone(q, places, 2.0 * allowed.min())
-    if 2 * len(alone) == len(places):
-        more = " ..." if len(alone) > _LISTED else ""
-        listed = ", ".join(map(str, rows[alone[:_LISTED]]))
-        return f"row {listed}{more} differs from the rows before and after: leave it out"
-    pieces = np.split(q, places)
+    pieces = np.split(q, np.unique([jump.row for jump in jumps]))
     at_rest = sum(len(piece) for piece in pieces if np.ptp(piece, axis=0).max() <= _NOISE)
     if at_rest > 0.5 * len(q):
         return (
             f"these look like {len(pieces)} postures, held one after the other: record the motion between them too, "
             "or set 'postures: true' in the description if each row is a posture"
         )
-    return f"these look like {len(pieces)} recordings in one table, or rows are missing: pass one complete motion"
-
-
-def _find_alone(q: Array, places: NDArray[np.intp], allowed: float) -> NDArray[np.intp]:
-    """Finds samples that jump away from the sample before and back with the next, among the jumping rows."""
-    first = places[np.isin(places + 1, places)]
-    returns = np.abs(q[first + 1] - q[first - 1]).max(axis=1, initial=0.0) <= allowed
-    found: NDArray[np.intp] = first[returns]
-    return found
-
-
-def explain_long_steps(times: Array, q: Array, typical: float) -> str:
-    """Explains what a table with a typical time step that is too long, [s], may be."""
-    units = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-    unit = next((name for name, factor in units.items() if factor * typical <= LONGEST_STEP), "ns")
-    jumps = find_jumps(units[unit] * times, q, np.full(q.shape[1], np.inf))
-    if len({jump.row for jump in jumps}) > 0.5 * len(times):  # jumps even in that unit
-        return "are these held postures? then the description must have 'postures: true'"
-    return f"if time is in another unit, the description must have 'units: {{time: {unit}}}'"
+    return "rows are missing or wrong, or these are several recordings in one table: pass one complete motion"
 
 
 def find_lag(times: Array, values: Array, rate: Array) -> float:
@@ -247,19 +219,12 @@ def compare_rate(times: Array, of: Array, rate: Array, q: Array) -> RateFault | 
         apart = float(np.std(summed - values) / np.std(values))
         if apart > _RATE_APART:
             problem = f"differs by {100.0 * apart:.0f} % from the rate of {{}}, must differ by at most"
-            hint = _explain_difference(times, of[:, joint], rate[:, joint])
-            return RateFault(int(joint), f"{problem} {100.0 * _RATE_APART:g} %; {hint}", False)
+            return RateFault(
+                int(joint),
+                f"{problem} {100.0 * _RATE_APART:g} %; are columns mixed up, or is one of them late?",
+                False,
+            )
     return None
-
-
-def _explain_difference(times: Array, values: Array, rate: Array) -> str:
-    """Explains the likely cause if a rate does not match its quantity."""
-    lag = find_lag(times, values, rate)
-    late = np.interp(times + lag, times, rate)
-    left = np.std(late - np.gradient(values, times)) / max(float(np.std(late)), 1e-12)
-    if left < _RATE_APART:
-        return f"it is {abs(1e3 * lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
-    return "are columns or times mixed up?"
 
 
 def _remove_line(values: Array, times: Array) -> Array:

@@ -23,7 +23,6 @@ from affordance.extensions.payload.recording.joint_rates import (
     LONGER_UNIT,
     LONGEST_STEP,
     compare_rate,
-    explain_long_steps,
     find_fault,
 )
 from affordance.extensions.payload.settings import SignalKind
@@ -36,6 +35,7 @@ POSTURE_STEP = 0.5
 _GAP, _GAP_STEPS = 0.25, 5.0
 # Bounds of the magnitude of gravity on Earth, [m/s^2], as drivers round it.
 _EARTH = (9.7, 9.9)
+_LONG_STEPS = "in another unit, the description must have 'units: {time: ms}'; of held postures, 'postures: true'"
 _STEP_BOUNDS = (1e-5, LONGEST_STEP)  # from 100 kHz to 2 Hz, [s]
 # Bounds that exceed the motion (two turns either way, four turns per second) and the signals of arms of any size.
 _BOUNDS = {
@@ -263,8 +263,7 @@ class Run:
         """
         if self.description.postures:
             return
-        rows = np.arange(1, len(self.q) + 1) if self.rows is None else self.rows
-        fault = find_fault(self.times, self.q, rows, limits=limits, ranges=ranges, source=source)
+        fault = find_fault(self.times, self.q, limits=limits, ranges=ranges, source=source)
         if fault is not None:
             name = self.description.joint_names[fault.joint]
             raise self.error_at(fault.row, f"q_{fault.joint + 1} ({name})", fault.problem)
@@ -281,7 +280,7 @@ class Run:
             raise self.error_at(row, "time", f"is {self.times[row]:.6f}, {before}")
         typical, (low, high) = float(np.median(steps)), _STEP_BOUNDS
         if not low <= typical <= high:
-            hint = LONGER_UNIT if typical < low else explain_long_steps(self.times, self.q, typical)
+            hint = LONGER_UNIT if typical < low else _LONG_STEPS
             problem = f"advances by {typical:g} s per row, must be from {low:g} to {high:g}; {hint}"
             raise self.error_at(1, "time", problem)
         longest = int(np.argmax(steps))

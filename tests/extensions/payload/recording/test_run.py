@@ -62,7 +62,7 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
         ({"times": 1e-6 * _TIMES}, r"advances by 1e-08 s per row, .*; is the unit of time a thousand times longer"),
         (
             {"times": 500.0 * _TIMES, "q": np.random.default_rng(0).uniform(-2.0, 2.0, (50, 2))},
-            r"advances by 5 s per row, .*; are these held postures",
+            r"advances by 5 s per row, .*; of held postures, 'postures: true'",
         ),
         (
             {"q": _SWING, "v": _SWING_RATE, "vdot": -57.3 * (2.0 * np.pi) ** 2 * _SWING},
