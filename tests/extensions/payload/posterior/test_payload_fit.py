@@ -9,7 +9,7 @@ from affordance.extensions.payload.evidence.paired_runs import pair_runs
 from affordance.extensions.payload.posterior import payload_fit
 from affordance.extensions.payload.posterior.payload_fit import add_friction_error, build_channel_prior, fit_payload
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
-from affordance.extensions.payload.settings import DEFAULT_SETTINGS
+from affordance.extensions.payload.settings import DEFAULT_SETTINGS, PRIORS, SignalKind
 
 
 def test_body_and_noise_settle_in_a_few_rounds_each_as_the_other_says(robot, gains, monkeypatch):
@@ -44,7 +44,8 @@ def test_joint_that_hardly_moves_says_little_in_place_of_everything(robot, gains
 def test_error_of_friction_scales_with_what_friction_does(robot, gains):
     """Errors of mass and first moment are twice as large for twice the friction, which only the loaded run has."""
     solid, sds = SolidPrior.for_hand(), []
-    settings = DEFAULT_SETTINGS
+    same = replace(PRIORS[SignalKind.JOINT_TORQUE], change_common_sd=0.0, change_own_sd=0.0)
+    settings = replace(DEFAULT_SETTINGS, signal_prior=same)
     exact = replace(gains, covariance=np.zeros_like(gains.covariance))
     for friction in (0.0, 0.3, 0.6):
         rng = np.random.default_rng(7)
