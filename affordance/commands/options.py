@@ -15,7 +15,6 @@ from affordance.commands.catalogue import LEARNER_NAMES, find_learner
 from affordance.commands.parser import OUTPUT, ROBOT, find_group
 from affordance.exceptions import PROSE, AffordanceError, BadValueError, describe_choice, show_text
 from affordance.files.atomic import to_plain, write_json, write_text
-from affordance.files.bounded import suggest_file
 from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings, list_settings, parse_changes
@@ -84,21 +83,14 @@ def open_robot(arguments: argparse.Namespace) -> "Robot":
     """
     from affordance.robot import Robot  # imported here, as commands without a robot start faster
 
-    path: Path | None = arguments.robot
-    if path is not None and path.is_file():
-        # Imported here, as only a robot's file needs the importer.
-        from affordance.extensions.robots.importer import ImportOptions
-        from affordance.extensions.robots.kept import import_kept
+    if arguments.robot is None and not arguments.tip:
+        return Robot()
+    # Imported here, as only a robot's file needs the importer.
+    from affordance.extensions.robots import kept
+    from affordance.extensions.robots.importer import ImportOptions
 
-        root = (getattr(arguments, "out", None) or Path("results")) / "arms"
-        return Robot.load(import_kept(path, ImportOptions(tip=arguments.tip or ""), root))
-    if path is not None and not path.is_dir():
-        problem = f"is {str(path)!r}, which is neither a folder nor a robot's file{suggest_file(path)}"
-        raise BadValueError("--robot", "", problem)
-    if arguments.tip:
-        instead = "" if path is None else f" in place of the folder {path}"
-        raise BadValueError("--tip", "", f"applies to a robot's file only, which --robot must name{instead}")
-    return Robot() if path is None else Robot.load(path)
+    root = (getattr(arguments, "out", None) or Path("results")) / "arms"
+    return kept.open_robot(arguments.robot, ImportOptions(tip=arguments.tip or ""), root)
 
 
 def add_memory(parser: argparse.ArgumentParser) -> None:

@@ -8,7 +8,6 @@ import re
 from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.parsers.expat import ExpatError
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import MESH, check_size, read_bytes
-from affordance.files.xml_file import check_xml
+from affordance.files.xml_file import parse_xml
 
 # Formats that contain only triangles, without motion, scaling or smoothing.
 FORMATS = (".obj", ".ply", ".stl")
@@ -106,10 +105,7 @@ def _check_promises(path: Path, content: bytes, suffix: str) -> None:
         if _STL_HEAD + _STL_TRIANGLE * promised > len(content):
             raise BadValueError(path, "", f"promises {promised} triangles, has {len(content)} bytes")
     elif suffix == COLLADA:
-        try:
-            check_xml(content, path)
-        except (ExpatError, LookupError, ValueError) as error:
-            raise BadValueError(path, "", f"is not XML of meshes: {error}") from error
+        parse_xml(path, content)
 
 
 def _take(mesh: Any) -> Triangles:

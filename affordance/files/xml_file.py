@@ -1,9 +1,8 @@
 """Reads external XML; rejects entities, which could exhaust memory or include other files."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from xml.etree import ElementTree
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from affordance.exceptions import PROSE, BadValueError, find_hidden
@@ -13,42 +12,24 @@ from affordance.files.bounded import read_bytes
 _MOST_DEEP, _MOST_ELEMENTS = 200, 200_000
 
 
-def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
-    """Reads an XML file of at most ``most`` bytes; ``parse`` is called after the checks.
+def read_xml(path: Path, most: int) -> Element:
+    """Reads an XML file of at most ``most`` bytes; errors are those of ``parse_xml``, or that it is larger."""
+    return parse_xml(path, read_bytes(path, most))
 
-    A file that is larger, is not XML, defines entities, or has too many elements raises a BadValueError.
+
+def parse_xml(path: Path, content: bytes) -> Element:
+    """Parses XML from bytes; namespaces are prefixes, which need not be declared: ``drake:x`` becomes ``{drake}x``.
+
+    What is not XML, defines entities, or has too many elements raises a BadValueError, which names the line.
     """
-    return parse_xml(path, read_bytes(path, most), parse)
-
-
-def parse_xml(path: Path, content: bytes, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
-    """Parses XML from bytes; ``parse`` is called after the checks, and errors are those of ``read_xml``."""
-    try:
-        check_xml(content, path)
-        return parse(content)
-    except (ElementTree.ParseError, expat.ExpatError) as error:
-        line, column = error.position if isinstance(error, ElementTree.ParseError) else (error.lineno, error.offset)
-        problem = str(error).split(":")[0]
-        raise BadValueError(path, f"line {line}, column {column + 1}", f"is not XML: {problem}") from error
-    except (LookupError, ValueError) as error:
-        raise BadValueError(path, "", f"is not XML: {error}") from error
-
-
-def check_xml(content: bytes, path: Path) -> None:
-    """Checks that XML has no entities, and neither too many nor too deeply nested elements.
-
-    Raises:
-        BadValueError: A check failed; the message names the line.
-        ExpatError: The XML is invalid.
-        LookupError, ValueError: The encoding is unknown.
-    """
-    parser = expat.ParserCreate()
+    parser, tree = expat.ParserCreate(), TreeBuilder()
+    parser.buffer_text = True
     depth = elements = 0
 
     def refuse(problem: str) -> BadValueError:
         return BadValueError(path, f"line {parser.CurrentLineNumber}", problem)
 
-    def begin(_: str, attributes: Mapping[str, str]) -> None:
+    def begin(tag: str, attributes: Mapping[str, str]) -> None:
         nonlocal depth, elements
         depth, elements = depth + 1, elements + 1
         if depth > _MOST_DEEP:
@@ -58,15 +39,29 @@ def check_xml(content: bytes, path: Path) -> None:
         for name, value in attributes.items():
             if hidden := find_hidden(value, PROSE):
                 raise refuse(f"has the attribute {name} with {hidden}")
+        kept = {_qualify(name): value for name, value in attributes.items() if not name.startswith("xmlns")}
+        tree.start(_qualify(tag), kept)
 
-    def end(_: str) -> None:
+    def end(tag: str) -> None:
         nonlocal depth
         depth -= 1
+        tree.end(_qualify(tag))
 
     def declare(name: str, *_: object) -> None:
         raise refuse(f"defines the entity {name!r}, must be expanded")
 
-    parser.StartElementHandler = begin
-    parser.EndElementHandler = end
-    parser.EntityDeclHandler = declare
-    parser.Parse(content, True)
+    parser.StartElementHandler, parser.EndElementHandler = begin, end
+    parser.CharacterDataHandler, parser.EntityDeclHandler = tree.data, declare
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        where = f"line {error.lineno}, column {error.offset + 1}"
+        raise BadValueError(path, where, f"is not XML: {str(error).split(':')[0]}") from error
+    except (LookupError, ValueError) as error:
+        raise BadValueError(path, "", f"is not XML: {error}") from error
+    return tree.close()
+
+
+def _qualify(name: str) -> str:
+    prefix, colon, rest = name.partition(":")
+    return f"{{{prefix}}}{rest}" if colon else name

@@ -84,7 +84,7 @@ INSTANCE = '<instance_node url="#{}"/>'
 
 def test_collada_that_is_no_xml_is_one_line(write):
     text = COLLADA.format(nodes="<node>", scene="")
-    assert "a.dae: is not XML of meshes: mismatched tag" in refuse(load_scene, write("a.dae", text))
+    assert "is not XML: mismatched tag" in refuse(load_scene, write("a.dae", text))
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # pycollada sets shapes of arrays

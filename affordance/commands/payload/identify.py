@@ -31,8 +31,7 @@ from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.run import Run
 from affordance.extensions.payload.recording.run_file import read_run
 from affordance.extensions.payload.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings, SignalKind
-from affordance.extensions.robots.flange import Flange, find_flange, find_imported_tip
-from affordance.extensions.robots.recorded_arm import load_robot
+from affordance.extensions.robots.recorded_arm import Flange, find_flange, find_imported_tip, load_robot
 from affordance.files.atomic import write_atomic
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools

@@ -7,7 +7,7 @@ import numpy as np
 from affordance.extensions.payload.payload_claim import Claim, ClaimVerdict
 from affordance.extensions.payload.payload_setting import PayloadSetting, format_payload, show_number
 from affordance.extensions.payload.posterior.payload_belief import COM, UNITS, PayloadBelief
-from affordance.extensions.robots.flange import Flange
+from affordance.extensions.robots.recorded_arm import Flange
 from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.reporting.formatting import break_line
 

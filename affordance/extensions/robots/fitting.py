@@ -10,9 +10,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
 
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.carry import Carry, Keep
@@ -22,7 +23,8 @@ from affordance.choice.reach import Reach
 from affordance.choice.tasks import load_task
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError, name_object
-from affordance.extensions.robots.changes import SIZE_OF_TOOLS, Change, Fitted, apply_changes
+from affordance.files.atomic import write_text
+from affordance.files.bounded import read_yaml
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
@@ -32,12 +34,12 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 
+# Key that stands for all lengths of the objects in a tools file; its values are factors.
+SIZE_OF_TOOLS = "size"
+_LENGTHS = ("tools.*.components.*.semi_axes", "tools.*.components.*.position", "tools.*.grips.*.position")
 PATH, NAIL, CARRY = "paths/reach.yaml", "nail.yaml", "tasks/carry.yaml"
 _HELD = ("tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml")
 _ALL_TOOLS = (*_HELD, "tools/uncommon.yaml")
-# Functions that simulate a task with a tool and describe what goes wrong; empty if nothing does.
-type SimulatePath = Callable[[Tool, TimedPath, Settings], str]
-type SimulateBlow = Callable[[Tool, Hammer, BlowCost, Settings], str]
 # Factors on the duration of a path, and on its size if slowing down is not enough.
 _PACES, _SIZES = (1.0, 1.25, 1.5, 2.0, 3.0), (1.0, 0.75, 0.5, 0.35)
 _SWING_PACES, _CARRYING_PACES = (1.0, 1.5, 2.0), (1.0, 1.5)
@@ -45,6 +47,84 @@ _SWING_PACES, _CARRYING_PACES = (1.0, 1.5, 2.0), (1.0, 1.5)
 # motion, as a fraction of a joint's torque limit.
 _FACTORS, _ENOUGH = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.8
 _STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
+
+
+class Change(NamedTuple):
+    """Change of a value in a task file, and its reason; a new value of None removes the key."""
+
+    file: str
+    key: str
+    old: Any
+    new: Any
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.key}: {show(self.old)} -> {show(self.new)} ({self.why})"
+
+
+def show(value: Any) -> str:
+    """Formats a value; numbers get four significant digits."""
+    if value is None:
+        return "removed"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(show(entry) for entry in value)}]"
+    return str(value)
+
+
+def apply_changes(models: Path, changes: Sequence[Change]) -> None:
+    """Writes changes into the files of a model folder, each with a comment at the top of its file.
+
+    Keys are paths such as ``blow.duration``, or SIZE_OF_TOOLS.
+    """
+    for file in dict.fromkeys(change.file for change in changes):
+        of_file = [change for change in changes if change.file == file]
+        path = models / file
+        content = read_yaml(path)
+        for change in of_file:
+            if change.key == SIZE_OF_TOOLS:
+                factor = change.new / change.old
+                for key in _LENGTHS:
+                    _edit(content, key.split("."), partial(_scale, factor))
+            else:
+                _edit(content, change.key.split("."), partial(lambda new, _: new, change.new))
+        notes = "".join(f"# Changed by affordance import-arm: {change}\n" for change in of_file)
+        write_text(path, notes + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=110))
+
+
+def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
+    """Changes the value at a path of keys; ``*`` selects all values, and absent keys are ignored."""
+    first, rest = keys[0], keys[1:]
+    if first == "*":
+        for entry in content.values() if isinstance(content, dict) else content:
+            _edit(entry, rest, change)
+    elif first in content:
+        if rest:
+            _edit(content[first], rest, change)
+        else:
+            content[first] = change(content[first])
+            if content[first] is None:
+                del content[first]
+
+
+def _scale(factor: float, value: Any) -> Any:
+    """Multiplies a number, or every number of a list, keeping six significant digits."""
+    if isinstance(value, list):
+        return [_scale(factor, entry) for entry in value]
+    return float(f"{value * factor:.6g}")
+
+
+class Fitted(NamedTuple):
+    """Changes that adapt the tasks to an arm, and the reasons why tasks are infeasible, by name of the task."""
+
+    changes: tuple[Change, ...]
+    lacks: dict[str, str]
+
+
+# Functions that simulate a task with a tool and describe what goes wrong; empty if nothing does.
+type SimulatePath = Callable[[Tool, TimedPath, Settings], str]
+type SimulateBlow = Callable[[Tool, Hammer, BlowCost, Settings], str]
 
 
 class TaskFit(NamedTuple):

@@ -11,8 +11,7 @@ from pathlib import Path
 from affordance.arguments import check_kind
 from affordance.exceptions import BadValueError
 from affordance.extensions.robots.arm_file import write_arm, write_directives
-from affordance.extensions.robots.changes import Change, apply_changes
-from affordance.extensions.robots.fitting import fit_tasks
+from affordance.extensions.robots.fitting import Change, apply_changes, fit_tasks
 from affordance.extensions.robots.home import HomePosture
 from affordance.extensions.robots.importer import ImportOptions, extract_arm
 from affordance.extensions.robots.meshes import draw_arm
@@ -144,8 +143,11 @@ def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> R
         raise BadValueError(
             "--robot", "", f"is {str(path)!r}, which is neither a folder nor a robot's file{suggest_file(path)}"
         )
-    for name in options.list_given():
-        instead = "" if path is None else f" in place of the folder {path}"
+    if options != ImportOptions():
+        name, instead = (
+            "--tip" if options.tip else "options",
+            "" if path is None else f" in place of the folder {path}",
+        )
         raise BadValueError(name, "", f"applies to a robot's file only, which --robot must name{instead}")
     return Robot() if path is None else Robot.load(path)
 

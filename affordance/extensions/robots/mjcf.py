@@ -18,8 +18,15 @@ from pydrake.math import RollPitchYaw, RotationMatrix
 
 from affordance.arrays import Array, list_entries
 from affordance.exceptions import BadValueError
-from affordance.extensions.robots.description import Description, Inertial, JointNotes, Mimic, Visual
-from affordance.extensions.robots.remarks import read_gravity, remark_couplings
+from affordance.extensions.robots.description import (
+    Description,
+    Inertial,
+    JointNotes,
+    Mimic,
+    Visual,
+    read_gravity,
+    remark_couplings,
+)
 from affordance.extensions.robots.xml_reader import read_xml
 from affordance.files.bounded import MESH, check_size
 

@@ -10,7 +10,7 @@ from affordance.extensions.robots.description import Description
 from affordance.extensions.robots.mjcf import read_mjcf
 from affordance.extensions.robots.sdf import read_sdf
 from affordance.extensions.robots.urdf import read_urdf
-from affordance.extensions.robots.xml_reader import parse_xml, read_xml
+from affordance.extensions.robots.xml_reader import read_xml
 from affordance.files.bounded import ROBOT, read_bytes
 
 _READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
@@ -48,7 +48,7 @@ def read_robot(
         raise BadValueError(path, "", f"is a xacro template, a program; to run it and use FOLDER instead: {line}")
     else:
         text, sources = _expand(path, arguments, packages or {})
-        root = parse_xml(path, text.encode())
+        root = read_xml(path, text.encode())
     if root.tag not in _READERS:
         raise BadValueError(path, "", f"begins with <{root.tag}>, must with <robot> (URDF), <sdf> or <mujoco> (MJCF)")
     if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:

@@ -4,23 +4,33 @@ Nothing is written, and no limits are needed because nothing will move. Joints o
 defaults, and the bodies beyond them are added to the link of the chain that carries them.
 """
 
+import re
 from pathlib import Path
+from typing import NamedTuple
+from xml.sax.saxutils import unescape
 
+import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from affordance.arguments import check_kind
-from affordance.exceptions import ModelFileError
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError, ModelFileError
 from affordance.extensions.robots.arm_checks import check_arm
 from affordance.extensions.robots.chain import find_chain, group_bodies
 from affordance.extensions.robots.description import Description
 from affordance.extensions.robots.reader import read_robot
 from affordance.extensions.robots.tree import RobotTree, build_tree, freeze
+from affordance.files.bounded import ROBOT, read_text
 from affordance.files.constraints import StrPath, check_path
 from affordance.plant.arm import ARM
 from affordance.plant.chain_plant import read_chain
 from affordance.plant.load import HAND_FRAME, parse_arm
 from affordance.plant.serial_chain import SerialChain
+
+# Comment that the importer writes above an arm (arm.sdf.j2), with the robot's file and its tip.
+_IMPORTED = re.compile(r"<!-- Made by affordance import-arm of .*, tip (.+)\. SI units\. -->")
+_ALIKE = 1e-6  # largest distance between hand and tip at which they count as the same point, [m]
 
 
 def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> SerialChain:
@@ -71,3 +81,69 @@ def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
             break
         base = joint.parent_body()
     return base
+
+
+class Flange(NamedTuple):
+    """Frame F in which a controller expects a payload: as the robot's file defines it, not rotated like our hand."""
+
+    name: str
+    X_FT: Array  # pose of the tip T, to which the payload is fixed, in F, shape (4, 4)
+
+
+def find_flange(robot: SerialChain, name: str = "", base: str | None = None) -> Flange | None:
+    """Finds the flange of an arm: a named frame, or the tip of the robot's file.
+
+    Args:
+        robot: Arm up to the tip T.
+        name: Frame of the file from which the arm was read, fixed to its tip; empty for the tip of the robot's file.
+        base: Base with which the arm was read; None if none was named.
+
+    Returns: The flange; None if the tip is the project's hand frame and the tip of the robot's file is unknown.
+
+    Raises:
+        BadValueError: The file has no such frame, or a joint moves the frame and the tip apart.
+    """
+    if not name:
+        is_ours = robot.tip == HAND_FRAME and Path(robot.source).name.endswith((".dmd.yaml", ".dmd.yml"))
+        name = find_imported_tip(Path(robot.source).parent) or "" if is_ours else robot.tip
+        if not name:
+            return None
+    if name == robot.tip:
+        return Flange(name, np.eye(4))
+    try:
+        other = load_robot(robot.source, name, base)
+    except BadValueError as error:
+        raise BadValueError(
+            "--flange" if error.source == "--tip" else error.source, error.key, error.problem
+        ) from error
+    if other.joint_names != robot.joint_names:
+        problem = f"is {name!r}, which moves relative to the tip, {robot.tip}, must be fixed to it"
+        raise BadValueError("--flange", "", problem)
+    X_FT = np.eye(4)
+    X_FT[:3, :3] = other.R_MT.T @ robot.R_MT
+    X_FT[:3, 3] = other.R_MT.T @ (robot.p_MT - other.p_MT)
+    return Flange(name, X_FT)
+
+
+def find_imported_tip(folder: Path) -> str | None:
+    """Finds the frame of an imported arm that was the tip in the robot's file.
+
+    Returns: Its name; empty if the arm lacks the frame; None if ``import_arm`` did not
+        write the folder.
+    """
+    path = folder / "arm.sdf"
+    imported = _IMPORTED.search(read_text(path, ROBOT)) if path.is_file() else None
+    if imported is None:
+        return None
+    name = unescape(imported[1])
+    if name == HAND_FRAME or not name.isprintable():
+        return ""
+    hand = load_robot(folder / ARM.name, HAND_FRAME)
+    for written in (name, f"{name}_link"):  # the second if a joint has that name
+        try:
+            tip = load_robot(folder / ARM.name, written)
+        except BadValueError:
+            continue
+        if tip.joint_names == hand.joint_names and np.allclose(tip.p_MT, hand.p_MT, rtol=0.0, atol=_ALIKE):
+            return written
+    return ""

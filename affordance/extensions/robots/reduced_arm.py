@@ -5,7 +5,7 @@ pointing out of the hand.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -18,9 +18,6 @@ from affordance.extensions.robots.arm_checks import check_arm, find_limits
 from affordance.extensions.robots.chain import Chain, group_bodies
 from affordance.extensions.robots.description import Inertial
 from affordance.extensions.robots.tree import RobotTree
-
-# Command-line options whose names differ from those of their fields.
-_OPTIONS = {"height": "base_height"}
 
 
 @dataclass(frozen=True)
@@ -83,15 +80,6 @@ class ImportOptions:
         for name in ("height", "roll"):
             if getattr(self, name) is not None:
                 check_number(name, getattr(self, name))
-
-    def list_given(self) -> list[str]:
-        """Lists the command-line options whose values are not the defaults."""
-        defaults = ImportOptions()
-        return [
-            f"--{_OPTIONS.get(each.name, each.name).replace('_', '-')}"
-            for each in fields(self)
-            if getattr(self, each.name) != getattr(defaults, each.name)
-        ]
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
 from affordance.extensions.robots.description import (
+    EARTH,
     MOMENTS,
     Description,
     Inertial,
@@ -15,11 +16,13 @@ from affordance.extensions.robots.description import (
     Mimic,
     Visual,
     find_joint_fault,
+    read_gravity,
+    remark_couplings,
+    remark_missing,
 )
-from affordance.extensions.robots.remarks import EARTH, read_gravity, remark_couplings, remark_missing
 from affordance.extensions.robots.xml_reader import Numbers, find_text, list_new, name_of, remove_children
 
-_DRAKE = "{http://drake.mit.edu}"
+_DRAKE = "{drake}"
 _ACCELERATION = f"{_DRAKE}acceleration"
 _NOT_OF_LINKS = ("visual", "collision", "sensor", "light", "audio_sink", "audio_source", "projector", "battery")
 _NOT_OF_MODELS = ("plugin", "gripper", f"{_DRAKE}collision_filter_group")
@@ -30,7 +33,7 @@ def read_sdf(path: Path, root: Element) -> Description:
     """Reads an SDF file; an invalid value, or a name that is used twice, raises a BadValueError."""
     if root.find(".//include") is not None:  # Drake would search everywhere, even the network
         raise BadValueError(path, "include", "is not supported, must be expanded")
-    ElementTree.register_namespace("drake", _DRAKE.strip("{}"))
+    ElementTree.register_namespace("drake", "drake")
     numbers, robot = Numbers(path), Description(path, "sdf")
     for scope, model in _list_models(root, path):
         for link, name, key in list_new(model.findall("link"), path, robot.visuals, scope):

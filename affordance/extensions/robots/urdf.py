@@ -16,15 +16,16 @@ from affordance.extensions.robots.description import (
     Visual,
     build_pose,
     find_joint_fault,
+    remark_couplings,
+    remark_missing,
 )
-from affordance.extensions.robots.remarks import remark_couplings, remark_missing
 from affordance.extensions.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _WORLD = "world"  # exists even if the file has no link of this name
 _NO_PLACE = (0.0, 0.0, 0.0)
 _BOUNDS = ("lower", "upper", "velocity")
-# Names of acceleration limits: those of URDF 1.2, which ROS 2 reads, and Drake's, whose prefix may be undeclared.
+# Names of acceleration limits: those of URDF 1.2, which ROS 2 reads, and Drake's.
 _ACCELERATION, _OF_DRAKE = ("acceleration", "deceleration"), "drake:acceleration"
 # Elements that a link, its inertial or a joint may have only once; if a file repeats one, the first is used.
 _SINGLE = ("inertial", "parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "mass", "inertia")

@@ -4,9 +4,7 @@ import math
 from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
-from xml.parsers import expat
 
 from affordance.exceptions import BadValueError
 from affordance.extensions.robots.description import SHAPES
@@ -14,53 +12,12 @@ from affordance.files import xml_file as files
 from affordance.files.bounded import ROBOT
 from affordance.files.constraints import check_names
 
-# Prefixes that are part of XML itself, and the namespace for prefixes that a file does not declare.
-_DECLARED, _NAMESPACE = ("xml", "xmlns"), "undeclared:"
 
-
-def read_xml(path: Path) -> Element:
-    """Reads the XML of a robot's file; raises a BadValueError if it is unreadable, too large or has entities."""
-    root = files.read_xml(path, ROBOT, _parse)
+def read_xml(path: Path, content: bytes | None = None) -> Element:
+    """Reads the XML of a robot's file, or of its content; one that is too large or has entities is refused."""
+    root = files.read_xml(path, ROBOT) if content is None else files.parse_xml(path, content)
     check_names(path, "name", (element.get("name", "") for element in root.iter()))
     return root
-
-
-def parse_xml(path: Path, content: bytes) -> Element:
-    """Parses the XML of a robot's file from bytes, with the checks of ``read_xml``."""
-    root = files.parse_xml(path, content, _parse)
-    check_names(path, "name", (element.get("name", "") for element in root.iter()))
-    return root
-
-
-def _parse(content: bytes) -> Element:
-    try:
-        return ElementTree.fromstring(content)
-    except ElementTree.ParseError as error:
-        if error.code != expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]:
-            raise
-        return _parse_undeclared(content)
-
-
-def _parse_undeclared(content: bytes) -> Element:
-    """Parses XML whose undeclared prefixes, common in simulators' own elements, are declared in its root."""
-    used, declared, place = list[str](), set[str](), list[int]()
-    parser = expat.ParserCreate()  # not namespace-aware
-
-    def note(name: str, attributes: dict[str, str]) -> None:
-        if not place:
-            place.append(parser.CurrentByteIndex + len(f"<{name}".encode()))
-        for each in (name, *attributes):
-            prefix, colon, rest = each.partition(":")
-            if prefix == "xmlns" and colon:
-                declared.add(rest)
-            elif colon and prefix not in used:
-                used.append(prefix)
-
-    parser.StartElementHandler = note
-    parser.Parse(content, True)
-    missing = [prefix for prefix in used if prefix not in declared and prefix not in _DECLARED]
-    declarations = "".join(f' xmlns:{prefix}="{_NAMESPACE}{prefix}"' for prefix in missing).encode()
-    return ElementTree.fromstring(content[: place[0]] + declarations + content[place[0] :])
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import pytest
 from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.payload_text import describe_payload
 from affordance.extensions.payload.posterior.payload_belief import Marginals
-from affordance.extensions.robots.flange import Flange
+from affordance.extensions.robots.recorded_arm import Flange
 
 _MEAN = np.array([0.5522, 1e-5, -2e-5, 0.1, 2e-4, 3e-4, 4e-4, 1e-8, 0.0, 0.0])
 _SD = np.array([0.0082, 2e-4, 3e-4, 0.0017, *[5e-5] * 6])

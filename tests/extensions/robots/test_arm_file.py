@@ -8,11 +8,10 @@ from helpers.bench_arm import write_bench
 from helpers.mujoco_parity import compare_with_mujoco
 from helpers.refusals import refuse
 
-from affordance.extensions.robots.flange import find_flange
 from affordance.extensions.robots.home import plant_arm
 from affordance.extensions.robots.importer import ImportOptions, extract_arm, read_arm
 from affordance.extensions.robots.kept import import_arm
-from affordance.extensions.robots.recorded_arm import load_robot
+from affordance.extensions.robots.recorded_arm import find_flange, load_robot
 from affordance.plant.arm_model import ArmModel
 
 LINKS = ("s", "u", "f", "w1", "w2", "w3")

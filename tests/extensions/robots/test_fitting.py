@@ -4,16 +4,19 @@ import re
 from pathlib import Path
 
 import pytest
+import yaml
 
 from affordance.choice.hammer import load_hammer
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import NoPlanError
 from affordance.extensions.robots import fitting
-from affordance.extensions.robots.changes import SIZE_OF_TOOLS, apply_changes
 from affordance.extensions.robots.fitting import (
     CARRY,
     NAIL,
     PATH,
+    SIZE_OF_TOOLS,
+    Change,
+    apply_changes,
     fit_blow,
     fit_carry,
     fit_objects,
@@ -191,3 +194,13 @@ def test_arm_that_can_carry_nothing_says_so_by_joint(models: Path) -> None:
     assert "loads wrist_flexion with" in fit.lack
     (models / CARRY).unlink()
     assert fit_carry(models) == ((), "")  # folders of earlier versions have none
+
+
+def test_a_change_is_said_at_the_top_of_its_file_and_leaves_the_rest(tmp_path: Path) -> None:
+    (tmp_path / "nail.yaml").write_text((MODELS / "nail.yaml").read_text())
+    apply_changes(tmp_path, [Change("nail.yaml", "blow.duration", 0.8, 1.6, "slow joints")])
+    text = (tmp_path / "nail.yaml").read_text()
+    assert text.startswith("# Changed by affordance import-arm: nail.yaml: blow.duration: 0.8 -> 1.6 (slow joints)\n")
+    before = yaml.safe_load((MODELS / "nail.yaml").read_text())
+    before["blow"]["duration"] = 1.6
+    assert yaml.safe_load(text) == before

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.extensions.robots import kept, report
-from affordance.extensions.robots.changes import Fitted
-from affordance.extensions.robots.fitting import fit_tasks
+from affordance.extensions.robots.fitting import Fitted, fit_tasks
 from affordance.extensions.robots.importer import ImportOptions, extract_arm
 from affordance.extensions.robots.kept import import_kept, write_folder
 from affordance.files.lacks import read_lacks

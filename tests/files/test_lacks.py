@@ -1,13 +1,10 @@
-"""Changes are reported where they are made, and findings of an import are kept for as long as they hold."""
+"""Findings of an import are kept for as long as they hold."""
 
 from pathlib import Path
 
 import pytest
-import yaml
 
-from affordance.extensions.robots.changes import Change, apply_changes
 from affordance.files.lacks import LACKS, read_lacks, write_lacks
-from affordance.files.model_folder import MODELS
 
 FOUND = {"path": "stick by wood leaves the path by 0.05 m: 'too far'", "blow": "the tip must strike with 5 m/s"}
 
@@ -44,13 +41,3 @@ def test_lacks_are_forgotten_once_a_file_that_decides_was_changed(models: Path, 
 def test_a_damaged_file_says_nothing(models: Path, text: str) -> None:
     (models / LACKS).write_text(text)
     assert read_lacks(models) == {}
-
-
-def test_a_change_is_said_at_the_top_of_its_file_and_leaves_the_rest(tmp_path: Path) -> None:
-    (tmp_path / "nail.yaml").write_text((MODELS / "nail.yaml").read_text())
-    apply_changes(tmp_path, [Change("nail.yaml", "blow.duration", 0.8, 1.6, "slow joints")])
-    text = (tmp_path / "nail.yaml").read_text()
-    assert text.startswith("# Changed by affordance import-arm: nail.yaml: blow.duration: 0.8 -> 1.6 (slow joints)\n")
-    before = yaml.safe_load((MODELS / "nail.yaml").read_text())
-    before["blow"]["duration"] = 1.6
-    assert yaml.safe_load(text) == before
