@@ -24,6 +24,7 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from affordance.experiments.shared.observers import Setup
     from affordance.robot import Robot
 
 # Bounds of shared numbers. A value beyond any practical run is probably a typing error.
@@ -94,16 +95,20 @@ def open_robot(arguments: argparse.Namespace) -> "Robot":
 
 
 def add_memory(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--memory`` and ``--same-colour`` to a command that runs one observer."""
+    """Adds ``--memory`` to a command that runs one observer."""
     what = "lasting memory (SQLite file): the observer starts with it, and every trial is added"
     parser.add_argument("--memory", default="", metavar="MEMORY", help=what)
-    add_same_colours(parser)
 
 
-def add_same_colours(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--same-colour``, for colours that two cameras see differently."""
-    help_ = "treat two colours as one, as seen by two cameras, for example #b5a642=#c0b050; may be repeated"
-    parser.add_argument("--same-colour", action="append", default=[], metavar="A=B", help=help_)
+def remember(setup: "Setup", arguments: argparse.Namespace, robot: "Robot") -> "Setup":
+    """Returns the setup of an observer that starts with the memory of ``--memory``."""
+    # Imported here, as few observers remember.
+    from affordance.extensions.memory.ledger import count_of, describe_past_arms
+    from affordance.extensions.memory.simulated_trial import remember_in
+
+    if past := describe_past_arms(robot.name, count_of(robot, arguments.memory)):
+        tell(arguments, past)
+    return remember_in(setup, arguments.memory)
 
 
 def add_set(

@@ -101,11 +101,7 @@ def change_by_extensions(setup: Setup, arguments: argparse.Namespace, robot: Rob
         from affordance.extensions.pixels.pixel_eye import PIXELS  # imported here, as few runs need it
 
         setup = setup.change(eye=PIXELS)
-    if arguments.memory or arguments.same_colour:
-        from affordance.commands.memory.memory_options import remember
-
-        setup = remember(setup, arguments, robot)
-    return setup
+    return options.remember(setup, arguments, robot) if arguments.memory else setup
 
 
 def describe_plan(names: Sequence[str], setup: Setup) -> str:

@@ -1,4 +1,4 @@
-"""Evidence of trials, summed one by one."""
+"""Evidence of trials, summed."""
 
 from collections.abc import Iterable
 
@@ -10,6 +10,5 @@ from affordance.extensions.memory.trial_evidence import TrialEvidence
 def sum_trials(trials: Iterable[TrialEvidence], prior: Prior) -> EvidenceSums:
     """Sums the evidence of trials, which must be in the order of their times."""
     sums = EvidenceSums(prior)
-    for trial in trials:
-        sums.add(trial)
+    sums.add(list(trials))
     return sums

@@ -7,9 +7,8 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import Quadratic
-from affordance.extensions.memory.felt_models import PayloadQuadratic, pack
 from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.memory.trial_evidence import TrialEvidence
+from affordance.extensions.memory.trial_evidence import PayloadQuadratic, TrialEvidence, pack
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import is_colour, parse_colour
 from affordance.objects.inertia import Geometry, compute_point_parameters

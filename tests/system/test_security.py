@@ -22,7 +22,7 @@ from helpers.trials import hold_workshop
 import affordance
 from affordance.cli import ShownFormatter
 from affordance.experiments import weight
-from affordance.extensions.memory import evidence_sums, tables
+from affordance.extensions.memory import evidence_sums, ledger
 from affordance.extensions.memory.ledger import open_memory
 from affordance.extensions.people.experiments import trial_cells, trials
 from affordance.extensions.robots import reader
@@ -93,23 +93,20 @@ ROBOTS = {
     ),
     "links": ("a.urdf", f"<robot>{'<link/>' * 1001}</robot>", "has 1001 links and joints, must have at most 1000"),
 }
-URL = "postgresql://me:secret@host:abc/memory"
 # Files that `identify` reads, by option, and messages that refuse them.
 RECORDINGS = {
     "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: has 60001 values, must have 2"),
     "arrays": ("loaded.npz", b"PK\x03\x04" + b"\xff" * 100, "is not a .npz file of numbers"),
     "database": ("loaded.db3", FOREVER, "cannot be read as a ROS bag: "),
-    "memory": ("memory.json", "{" * 100_000, "memory.json: is JSON, must be an SQLite file"),
-    "ledger": ("ledger.db3", FOREVER, "is a database of another program (tables: none)"),
+    "memory": ("memory.json", "{" * 100_000, "memory.json: is not an SQLite file, must be a memory"),
+    "ledger": ("ledger.db3", FOREVER, "is a database of another program or version"),
     "hidden column": (
         "loaded.csv",
         "time,q_1,tau_\u202e1\n0,0,1\n",
         "columns: is 'tau_\\u202e1', must be without the hidden",
     ),
-    URL: (URL, "", "postgresql://...: is a URL, must be the path of an SQLite file"),
 }
 OPTIONS = {"memory.json": "--memory", "ledger.db3": "--memory"}
-OPTIONS[URL] = "--memory"
 
 
 @pytest.fixture
@@ -189,12 +186,12 @@ def test_hostile_recording_is_refused(tmp_path, refuse, case):
         with sqlite3.connect(tmp_path / name) as database:
             database.executescript(content)
         database.close()
-    elif name != URL:
+    else:
         (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     loaded = name if name.startswith("loaded") and not name.endswith(".yaml") else "loaded.csv"
     words = ["identify", robot, "--tip", "flange", "--loaded", tmp_path / loaded, "--out", tmp_path / "out"]
     option = OPTIONS.get(name)
-    place = name if name == URL else tmp_path / name
+    place = tmp_path / name
     said = refuse(*words, *([option, place] if option else []))
     assert problem in said
     assert "secret" not in said
@@ -218,13 +215,12 @@ HIDDEN = ("\u202e", "\u200b", "\ue000")
 )
 def test_names_with_characters_that_are_not_seen_are_refused(tmp_path, refuse, words, hidden):
     record = hold_workshop(1)[0].to_dict() | {"object": f"o{hidden}ak"}
-    head = {"program": "visual-inertial-affordances", "schema": "2"}
     files = {
         "tools.yaml": change("thing", f"th{hidden}ing", TOOLS.format("a.ply")),
         "materials.yaml": f"o{hidden}ak: {{density: 700, colour: '#b07a45'}}\n",
         "a.urdf": change("right_j2", f"right_{hidden}j2", build_urdf()),
         "a.sdf": change("wrist", f"wr{hidden}ist", SDF),
-        "trials.jsonl": "".join(f"{json.dumps(line)}\n" for line in (head, record)),
+        "trials.jsonl": json.dumps(record),
     }
     for name, text in files.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -324,7 +320,7 @@ def show_size(number):
             ],
         ),
         ("trials to simulate (rows x repeats x learners)", [trials._MOST_LIFTS, 200_000, "2 GB"]),
-        ("memory", [show_size(tables.LARGEST_FILE), show_size(tables.LARGEST_RECORD), tables._MOST_ENTRIES]),
+        ("memory", [show_size(ledger.LARGEST_FILE)]),
         ("what a memory is about", [evidence_sums.MOST_MATERIALS, evidence_sums.MOST_LOOKS]),
         (
             "robot's file",

@@ -5,14 +5,12 @@ from pathlib import Path
 
 from affordance.commands import options
 from affordance.commands.advice.workbench import add_know, know_materials, recall_memory
-from affordance.commands.memory.memory_options import read_same_colours
-from affordance.commands.options import add_same_colours
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.extensions.advice.expected_inertia import expect
 from affordance.extensions.advice.reporting.advice_text import describe_knowledge, describe_surprise
 from affordance.extensions.advice.reporting.expectation_text import build_expectations, describe_expectations
-from affordance.extensions.memory.past_arms import count_of, describe_past_arms
+from affordance.extensions.memory.ledger import count_of, describe_past_arms
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.formatting import break_line
@@ -28,7 +26,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
     add_know(parser)
-    add_same_colours(parser)
     options.add_answer(parser, "guess.json and .txt")
     options.add_robot(parser)
     options.add_set(parser)
@@ -44,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     for name in arguments.only:
         if name not in known:
             raise BadValueError(arguments.tools, "--only", describe_choice(name, known))
-    memory = recall_memory(arguments.memory, settings, read_same_colours(arguments, materials))
+    memory = recall_memory(arguments.memory, settings)
     chosen = [known[name] for name in arguments.only] or list(tools)
     named = know_materials(arguments, memory, chosen, materials, settings.prior)
     expected = [expect(tool, named.memory, settings) for tool in chosen]

@@ -31,9 +31,7 @@ from affordance.extensions.advice.reporting.advice_figure import draw_holds
 from affordance.extensions.advice.reporting.advice_text import describe_knowledge
 from affordance.extensions.advice.reporting.expectation_text import build_expectations, describe_expectations
 from affordance.extensions.advice.weighed_holds import learn_weighings
-from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.memory.past_arms import count_of, describe_past_arms
-from affordance.extensions.memory.same_colours import SameColours
+from affordance.extensions.memory.ledger import count_of, describe_past_arms, open_memory
 from affordance.extensions.memory.summary import recall_felt
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
@@ -78,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     candidates = _list_candidates(load_tools(arguments.may_hold, bench.materials), tools, arguments)
     named = know_materials(arguments, bench.memory, [*tools, *candidates], bench.materials, settings.prior)
     bench = bench._replace(memory=named.memory)
-    felt = _recall_felt(arguments.memory, settings, bench.same_colours)
+    felt = _recall_felt(arguments.memory, settings)
     options = see_tools(arguments, bench)
     memory = bench.memory
     if memory.learner.sums_evidence:
@@ -247,9 +245,9 @@ def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: arg
     return [*held, *(tools if arguments.include_tools else [])]
 
 
-def _recall_felt(place: str | None, settings: Settings, same_colours: SameColours) -> dict[str, FeltObject]:
+def _recall_felt(place: str | None, settings: Settings) -> dict[str, FeltObject]:
     """Reads the evidence about each object that was held; empty without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:
-        return recall_felt(ledger, settings.prior, same_colours)
+        return recall_felt(ledger, settings.prior)

@@ -32,9 +32,7 @@ from affordance.extensions.advice.payload import measure_payload
 from affordance.extensions.advice.reporting.advice_report import AdviceQuestion, build_content, name_materials
 from affordance.extensions.advice.reporting.advice_text import describe_advice, describe_choice_of
 from affordance.extensions.advice.reporting.expectation_text import build_expectations, describe_expectations
-from affordance.extensions.memory.exchange import read_trials
-from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.memory.past_arms import count_of
+from affordance.extensions.memory.ledger import count_of, import_trials, open_memory
 from affordance.reporting.formatting import format_number, tabulate
 from affordance.robot import Robot
 from affordance.settings import Settings
@@ -160,6 +158,6 @@ def _run_demo(arguments: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "demo.sqlite"
         with open_memory(place) as ledger:
-            ledger.append(read_trials(TRIALS))
+            ledger.append(import_trials(TRIALS))
         arguments.demo, arguments.task, arguments.memory = False, "hammer", str(place)
         return run(arguments)

@@ -20,12 +20,9 @@ from affordance.choice.pricing import GripBounds
 from affordance.choice.ranking import Ranking, rank_draws
 from affordance.choice.tasks import is_any_still, load_task_file
 from affordance.commands import options
-from affordance.commands.memory.memory_options import read_same_colours
-from affordance.commands.options import add_same_colours
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.extensions.advice.named_materials import NamedBelief, know_by_name
 from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.memory.same_colours import SameColours
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools, select_known
@@ -45,15 +42,13 @@ _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 class Bench(NamedTuple):
     """Tools, tasks, memory and criterion from which a tool is chosen.
 
-    Every tool has at least one grip. The settings are those of the robot's arm with the changes of ``--set``. Where
-    two colours are treated as one, the memory's evidence about the second belongs to the first.
+    Every tool has at least one grip. The settings are those of the robot's arm with the changes of ``--set``.
     """
 
     settings: Settings
     materials: Mapping[str, Material]
     tools: list[Tool]
     memory: MaterialMemory
-    same_colours: SameColours
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
     remarks: tuple[str, ...] = ()  # warnings about the tools file
@@ -85,7 +80,6 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add_know(parser)
     add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
-    add_same_colours(parser)
     options.add_answer(parser, f"{files}.json, .txt, .png and .svg")
     options.add_robot(parser)
     options.add_seed(parser)
@@ -122,11 +116,10 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     else:
         known = load_tools(arguments.tools, materials, arguments.meshes)
     tools = options.choose_tools(known, arguments.only, arguments.tools)
-    same_colours = read_same_colours(arguments, materials)
-    memory = recall_memory(arguments.memory, settings, same_colours)
+    memory = recall_memory(arguments.memory, settings)
     tasks = read_tasks(names, arguments.files, robot)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
-    return Bench(settings, materials, tools, memory, same_colours, tasks, criterion, remarks)
+    return Bench(settings, materials, tools, memory, tasks, criterion, remarks)
 
 
 def know_materials(
@@ -249,9 +242,9 @@ def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
     return GripBounds(**given)
 
 
-def recall_memory(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
+def recall_memory(place: str | None, settings: Settings) -> MaterialMemory:
     """Loads the belief of a lasting memory; without one, returns an empty memory."""
     if place is None:
         return MaterialMemory(settings.learner)
     with open_memory(place, create=False) as ledger:
-        return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)
+        return ledger.recall(settings.learner, settings.prior)

@@ -1,32 +1,54 @@
 """``affordance memory``: shows, edits and verifies a lasting memory of the objects that robots have held."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
+
 from affordance.belief.density_belief import Prior
+from affordance.belief.likelihood import Quadratic
 from affordance.commands import options
-from affordance.commands.memory.memory_options import read_same_colours
-from affordance.commands.options import add_same_colours
 from affordance.commands.terminal import find_width
-from affordance.exceptions import BadValueError, describe_choice
-from affordance.extensions.memory.exchange import export_trials, read_trials
-from affordance.extensions.memory.ledger import Ledger, open_memory
-from affordance.extensions.memory.memory_figure import draw_memory
-from affordance.extensions.memory.stored_trials import Selection
+from affordance.exceptions import BadValueError, describe_choice, show_text
+from affordance.extensions.memory.ledger import Ledger, Selection, export_trials, import_trials, open_memory
 from affordance.extensions.memory.summary import ExperienceSummary, MemorySummary, summarise
-from affordance.extensions.memory.trial_evidence import TrialEvidence
-from affordance.extensions.memory.weighed_trial import list_weighed_trials
-from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
+from affordance.extensions.memory.trial_evidence import PayloadQuadratic, TrialEvidence, pack
+from affordance.objects.colour import (
+    COLOUR_FORM,
+    Colour,
+    find_nearest_colour,
+    is_colour,
+    is_same_colour,
+    parse_colour,
+    show_colour,
+)
+from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
+from affordance.objects.tool import Tool
+from affordance.reporting.figures import tidy
 from affordance.reporting.formatting import tabulate, tabulate_within
+from affordance.vision.eye import measure_drawing
+from affordance.vision.prediction import measure_geometry
 
 # Exit status if verify finds faults.
 FAULTY = 3
 # Columns of the table of materials to drop first if it is too wide: things and since.
 _LESS_IMPORTANT = (4, 5)
-ACTIONS = ("show", "forget", "merge", "export", "import", "weigh", "verify")
+ACTIONS = ("show", "forget", "merge", "export", "import", "weigh", "join", "verify")
+# Name that takes the place of a robot's.
+SCALE = "a scale"
+# Height of a row, and of everything else, [inch].
+_ROW, _REST = 0.3, 1.2
+# Largest number of materials and of objects drawn; those met first are drawn.
+_MOST_DRAWN = 100
+# Ticks of the density axis, and its lower limit, [kg/m^3].
+_TICKS, _LIGHTEST = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000), 10.0
+# Half of the standard normal's 90 % interval.
+_HALF90 = 1.645
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("action", choices=ACTIONS, help="what to do; forget requires options that select trials")
     add("memory", metavar="MEMORY", help="SQLite file of the memory")
-    what = "memories to merge, file to export to, files to import, or tools files with weighings"
+    what = "memories to merge, file to export to, files to import, tools files with weighings, or colours to join: "
+    what += "'#b5a642=#c0b050' reads the second, as another camera sees it, as the first; none separates all again"
     add("files", nargs="*", metavar="FILE", help=what)
     add("--robot", default="", metavar="NAME", help="select trials of this robot")
     add("--object", default="", metavar="NAME", help="select trials with objects of this name")
@@ -42,7 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--since", default="", metavar="TIME", help=what)
     add("--until", default="", metavar="TIME", help="select trials before this time")
     add("--trial", default="", metavar="ID", help="select the trial whose id begins with these digits, at least four")
-    add_same_colours(parser)
     what = "materials whose names are shown (default: those of the package)"
     add("--materials", type=Path, metavar="FILE", help=what)
     options.add_answer(parser, "the figure and the table of show")
@@ -55,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
     _check_arguments(arguments)
     trials: list[TrialEvidence] = []  # read first, so that nothing is written if a file is invalid
     if arguments.action == "import":
-        trials = [trial for file in arguments.files for trial in read_trials(Path(file))]
+        trials = [trial for file in arguments.files for trial in import_trials(Path(file))]
     elif arguments.action == "weigh":
         trials = _read_weighings([Path(file) for file in arguments.files], arguments.materials or MATERIALS)
     elif arguments.action == "merge":
@@ -80,6 +102,11 @@ def run(arguments: argparse.Namespace) -> int:
                 path = Path(arguments.files[0])
                 number = export_trials(ledger, path)
                 options.print_answer(arguments, f"{path}: {_count(number)} written", {"written": number})
+            case "join":
+                ledger.join([_read_pair(word) for word in arguments.files])
+                joins = ledger.list_joins()
+                text = f"{ledger.place}: {_describe_joins(joins) or 'no colours are joined'}"
+                options.print_answer(arguments, text, {"joins": dict(joins)})
             case "verify":
                 faults = ledger.verify()
                 text = "\n".join(faults) or f"{ledger.place}: {_count(len(ledger))}, all sound"
@@ -111,6 +138,74 @@ def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidenc
     return trials
 
 
+def list_weighed_trials(tools: Iterable[Tool], path: Path) -> Iterator[TrialEvidence]:
+    """Lists one trial for each weighing of tools from a file.
+
+    A weighing is of a whole tool, or of some of its parts, which then count as an object of their own. It measures
+    only the first of the ten parameters, the mass. A memory counts it once, however often it is added.
+    """
+    for tool in tools:
+        features = measure_drawing(tool)
+        for weighing in tool.weighings:
+            chosen = weighing.parts or tuple(range(len(features)))
+            parts = [features[k] for k in chosen]
+            shown = f"part {', '.join(str(k + 1) for k in chosen)} of {tool.name}" if weighing.parts else tool.name
+            precision, information = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)), np.zeros(NUM_PARAMETERS)
+            precision[0, 0], information[0] = weighing.sd**-2, weighing.mass * weighing.sd**-2
+            yield TrialEvidence(
+                object_name=shown,
+                parts=tuple(part.appearance for part in parts),
+                geometry=measure_geometry(parts, range(len(parts)), len(parts)),
+                model=PayloadQuadratic(),
+                features=pack(Quadratic(precision, information)),
+                num_samples=1,
+                num_joints=1,
+                robot=SCALE,
+                source=show_text(path.name),
+            )
+
+
+def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
+    """Draws densities of materials and masses of objects, with 90 % intervals and numbers of trials."""
+    left_out = [max(len(each) - _MOST_DRAWN, 0) for each in summary]
+    summary = MemorySummary(summary.materials[:_MOST_DRAWN], summary.things[:_MOST_DRAWN])
+    rows = max(len(summary.materials), len(summary.things), 1)
+    figure = Figure(figsize=(11.0, _REST + _ROW * rows), layout="constrained")
+    of_materials, of_things = figure.subplots(1, 2)
+    for place, each in enumerate(summary.materials):
+        low, high = each.interval90
+        of_materials.plot([low, high], [place, place], color=each.colour, linewidth=6.0, solid_capstyle="butt")
+        of_materials.plot(each.median, place, "o", color="black", markersize=4.0)
+    of_materials.set_xscale("log")
+    ends = [end for each in summary.materials for end in each.interval90] or [100.0, 10_000.0]
+    of_materials.set_xlim(max(min(ends) / 1.5, _LIGHTEST), max(ends) * 1.5)
+    of_materials.set_xticks([tick for tick in _TICKS if min(ends) / 1.5 <= tick <= max(ends) * 1.5])
+    of_materials.xaxis.set_major_formatter(ScalarFormatter())
+    of_materials.xaxis.set_minor_formatter(NullFormatter())
+    of_materials.set_xlabel("density: median and 90 % interval (kg/m³)")
+    labels = [_label(names[each.colour], each.experience) for each in summary.materials]
+    of_materials.set_yticks(range(len(labels)), labels)
+    for place, thing in enumerate(summary.things):
+        low, high = thing.mass - _HALF90 * thing.mass_sd, thing.mass + _HALF90 * thing.mass_sd
+        of_things.plot([max(low, 0.0), high], [place, place], color="0.6", linewidth=6.0, solid_capstyle="butt")
+        of_things.plot(thing.mass, place, "o", color="black", markersize=4.0)
+    of_things.set_xlim(left=0.0)
+    of_things.set_xlabel("mass: mean and 90 % interval (kg)")
+    labels = [_label(each.name, each.experience) for each in summary.things]
+    of_things.set_yticks(range(len(labels)), labels)
+    for axes in (of_materials, of_things):
+        axes.set_ylim(rows - 0.5, -0.5)
+    for axes, number in zip((of_materials, of_things), left_out, strict=True):
+        if number:
+            axes.set_title(f"the first {_MOST_DRAWN}; {number} more are not drawn")
+    tidy(of_materials, of_things)
+    return figure
+
+
+def _label(name: str, experience: ExperienceSummary) -> str:
+    return f"{name} ({experience.trials})"
+
+
 def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
     """Removes the selected trials and returns their number; an unknown robot or object raises a BadValueError."""
     selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
@@ -133,10 +228,8 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
     files = len(arguments.files)
     if (arguments.action in needed and not files) or (arguments.action == "export" and files > 1):
         raise BadValueError(arguments.action, "", f"is given {files} files, must be given {needed[arguments.action]}")
-    if arguments.action not in needed and files:
+    if arguments.action not in (*needed, "join") and files:
         raise BadValueError(arguments.action, "", f"is given the file {arguments.files[0]!r}, must be given none")
-    if arguments.same_colour and arguments.action != "show":
-        raise BadValueError("--same-colour", "", f"has no effect on {arguments.action}, must be given with show only")
     given = [name for name in ("robot", "object", "since", "until", "trial") if getattr(arguments, name)]
     if given and arguments.action != "forget":
         raise BadValueError(
@@ -145,7 +238,7 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
 
 
 def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
-    summary = summarise(ledger, prior, read_same_colours(arguments, {}))
+    summary = summarise(ledger, prior)
     names = name_colours(summary, arguments.materials)
     content = {
         "trials": len(ledger),
@@ -163,13 +256,25 @@ def _unfold(each: object) -> dict[str, object]:
     return {**content, **experience._asdict()}
 
 
+def _read_pair(word: str) -> tuple[Colour, Colour]:
+    """Reads two colours that are the same."""
+    one, _, other = word.partition("=")
+    if not (is_colour(one) and is_colour(other)):
+        raise BadValueError("join", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
+    return parse_colour(one), parse_colour(other)
+
+
+def _describe_joins(joins: Sequence[tuple[str, str]]) -> str:
+    return ", ".join(f"{colour} is read as {meant}" for colour, meant in joins)
+
+
 def _count(number: int) -> str:
     return f"{number} trial{'' if number == 1 else 's'}"
 
 
 def _describe(ledger: Ledger, summary: MemorySummary, names: Mapping[Colour, str]) -> str:
     """Formats the tables of materials and objects."""
-    lines = [f"{ledger.place}: {_count(len(ledger))}"]
+    lines = [f"{ledger.place}: {_count(len(ledger))}", *filter(None, [_describe_joins(ledger.list_joins())])]
     names_shown = (*names.values(), *(thing.name for thing in summary.things))
     width, longest = find_width(), max(map(len, names_shown), default=0)
     pad = 0 if width else longest  # without a terminal, both tables have the same column widths

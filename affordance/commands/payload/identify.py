@@ -12,14 +12,10 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.commands import options
 from affordance.commands.demo import ARM_FILE, MASS, PIECE, fill_in_recording
-from affordance.commands.memory.memory_options import read_same_colours
-from affordance.commands.options import add_same_colours
 from affordance.commands.parser import ROBOT, find_group
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
-from affordance.extensions.memory.ledger import has_memory, open_memory
-from affordance.extensions.memory.past_arms import count_past_arms, describe_past_arms
-from affordance.extensions.memory.same_colours import SameColours
+from affordance.extensions.memory.ledger import count_past_arms, describe_past_arms, has_memory, open_memory
 from affordance.extensions.payload.evidence.gains import read_gains, write_gains
 from affordance.extensions.payload.identified_trial import build_identified_trial, teach
 from affordance.extensions.payload.identify import Runs, check_reference_mass, identify, see_tool
@@ -69,7 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--materials", type=Path, metavar="FILE", help=what)
     what = "lasting memory of materials (SQLite file), which learns from this run; it is created if it does not exist"
     add("--memory", metavar="MEMORY", help=what)
-    add_same_colours(parser)
     what = "mass of the load on a scale, used to calibrate the gains of motor currents"
     add("--reference-mass", type=float, metavar="KG", help=what)
     add("--gains", type=Path, help="known gains (gains.yaml, written by a run with --reference-mass)")
@@ -105,8 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
     if claimed and isinstance(flange, str):
         raise BadValueError("--claimed", "", f"must be in the frame of the flange, but {flange}")
     materials = load_materials(arguments.materials or _find_materials(robot))
-    same_colours = read_same_colours(arguments, materials)
-    memory = _recall(arguments.memory, prior, same_colours)
+    memory = _recall(arguments.memory, prior)
     if arguments.object is None and arguments.object_name is not None:
         raise BadValueError("--object-name", "", "describes a seen object, must be given with --object")
     tool = None if arguments.object is None else _load_tool(arguments, materials)
@@ -128,7 +122,7 @@ def run(arguments: argparse.Namespace) -> int:
         belief = replace(belief, notes=(*belief.notes, past))
     lesson = ""
     if tool is not None and seen is not None and arguments.memory:
-        belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
+        belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior)
     elif arguments.memory:
         lesson = f"{arguments.memory} learns nothing: no object seen by a camera was given (--object)"
     is_used = belief.is_trusted or arguments.anyway
@@ -178,16 +172,12 @@ def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
     write_atomic(folder / "samples.npz", lambda temporary: np.savez(temporary, allow_pickle=False, **samples))
 
 
-def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> MaterialMemory:
+def _recall(place: str | None, prior: Prior) -> MaterialMemory:
     """Loads the belief of a memory; empty if the memory does not exist yet."""
-    if place is None:
-        return MaterialMemory()
-    if not has_memory(place):
-        if same_colours:
-            raise BadValueError("--same-colour", "", f"applies to remembered colours, but {place} does not exist")
+    if place is None or not has_memory(place):
         return MaterialMemory()
     with open_memory(place) as ledger:
-        return ledger.recall(prior=prior, same_colours=same_colours)
+        return ledger.recall(prior=prior)
 
 
 def _teach(
@@ -199,7 +189,6 @@ def _teach(
     object_name: str,
     settings: IdentificationSettings,
     prior: Prior,
-    same_colours: SameColours,
 ) -> tuple[PayloadBelief, str]:
     """Adds the run to the memory; returns the belief with that memory, and a sentence about what was learned."""
     place = arguments.memory
@@ -207,7 +196,7 @@ def _teach(
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
         return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
-    memory, is_new = teach(place, trial, prior, same_colours=same_colours)
+    memory, is_new = teach(place, trial, prior)
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
     learned = "has learned them" if is_new else "learns nothing: it already contains this run"
     return belief, f"{place} {learned}"

@@ -35,10 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
     robot = options.open_robot(arguments)
     arguments.repeats, arguments.jobs, arguments.out = 1, 1, Path("results")
     setup = read_setup(arguments, robot, options.read_changes(arguments))
-    if arguments.memory or arguments.same_colour:
-        from affordance.commands.memory.memory_options import remember  # imported here, as few observers remember
-
-        setup = remember(setup, arguments, robot)
+    if arguments.memory:
+        setup = options.remember(setup, arguments, robot)
     show = Show(arguments.experiment, setup)
     address = show.scene.page.address
     tunnels = " ".join(f"-L {port}:localhost:{port}" for port in show.scene.ports)

@@ -44,7 +44,7 @@ class Setup:
         settings: Settings of all simulations.
         known: Lasting memory with which the single observer begins, as JSON text; empty if it knows nothing.
         remember: Function that adds the record of a hold to a lasting memory
-            (``lasting_memory.remember_in``).
+            (``simulated_trial.remember_in``).
 
     Example:
         >>> from affordance import Setup

@@ -17,16 +17,20 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from affordance.arrays import Array
 from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood, Quadratic
+from affordance.belief.normals import Normals
 from affordance.exceptions import BadArgumentError
 from affordance.extensions.memory.trial_evidence import BODY, TrialEvidence
 from affordance.objects.appearance import Appearance, PartAppearance, is_same_object
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
-from affordance.proprioception.fixed_point import find_fixed_point
+from affordance.proprioception.fixed_point import find_fixed_point, find_fixed_points
+from affordance.proprioception.torque_noise import WeberNoise
 
 # Largest number of materials in a memory, and of objects with one name: the effort grows with their squares.
 MOST_MATERIALS, MOST_LOOKS = 200, 200
@@ -45,9 +49,8 @@ class ObjectSum(NamedTuple):
         nothing = Quadratic(np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)), np.zeros(NUM_PARAMETERS))
         return cls(columns, trial.geometry, nothing)
 
-    def add(self, trial: TrialEvidence, prior: Prior) -> "ObjectSum":
-        """Returns the sum with one more trial of the object."""
-        found = measure_body(trial, self.columns, prior)
+    def add(self, found: Quadratic) -> "ObjectSum":
+        """Returns the sum with the quadratic of one more trial of the object."""
         body = Quadratic(self.body.precision + found.precision, self.body.information + found.information)
         return self._replace(body=body)
 
@@ -90,9 +93,9 @@ class FeltThing:
     # Likelihood of the mean densities of its materials; None until it is needed.
     likelihood: Likelihood | None = None
 
-    def add(self, trial: TrialEvidence, prior: Prior) -> None:
-        """Adds a trial with the object."""
-        self.evidence, self.likelihood = self.evidence.add(trial, prior), None
+    def add(self, trial: TrialEvidence, found: Quadratic) -> None:
+        """Adds a trial with the object, and its quadratic."""
+        self.evidence, self.likelihood = self.evidence.add(found), None
         self.trials += 1
         self.robots.add(trial.robot)
 
@@ -116,23 +119,26 @@ class EvidenceSums:
     # For each object name of a trial, the names of the objects in ``things``.
     names: dict[str, list[str]] = field(default_factory=dict)
 
-    def add(self, trial: TrialEvidence) -> None:
-        """Adds a trial.
+    def add(self, trials: Sequence[TrialEvidence]) -> None:
+        """Adds trials; if it fails, the evidence of none is added.
 
         Raises:
             BadArgumentError: If there would be too many materials, or too many objects with one name.
         """
-        name = self.find(trial)
-        if name is None:
-            name = self._name(trial.object_name)
-            columns = tuple(self._recognise(part) for part in trial.parts)
-            self.things[name] = FeltThing(trial.parts, ObjectSum.start(trial, columns), trial.time)
-        self.things[name].add(trial, self.prior)
+        things = [self._meet(trial) for trial in trials]
+        bodies = measure_bodies(trials, [thing.evidence.columns for thing in things], self.prior)
+        for trial, thing, body in zip(trials, things, bodies, strict=True):
+            thing.add(trial, body)
 
-    def find(self, trial: TrialEvidence) -> str | None:
-        """Finds the name of the object that a trial is about; None if it was never met."""
-        met = self.names.get(trial.object_name, ())
-        return next((name for name in met if is_same_object(self.things[name].parts, trial.parts)), None)
+    def _meet(self, trial: TrialEvidence) -> FeltThing:
+        """Finds the object that a trial is about; adds it if it was never met."""
+        for name in self.names.get(trial.object_name, ()):
+            if is_same_object(self.things[name].parts, trial.parts):
+                return self.things[name]
+        columns = tuple(self._recognise(part) for part in trial.parts)
+        thing = FeltThing(trial.parts, ObjectSum.start(trial, columns), trial.time)
+        self.things[self._name(trial.object_name)] = thing
+        return thing
 
     def build_belief(self) -> DensityBelief:
         """Builds the belief about the mean densities of the materials."""
@@ -160,15 +166,11 @@ class EvidenceSums:
         column = find_material(part, self.colours)
         if column is None:
             column = len(self.colours)
+            if column == MOST_MATERIALS:
+                problem = f"are of {column + 1} materials, must be of at most {MOST_MATERIALS}"
+                raise BadArgumentError("colours", "", problem)
             self.colours.append(part.colour)
-            check_materials(len(self.colours))
         return column
-
-
-def check_materials(number: int) -> None:
-    """Raises a BadArgumentError if there are more materials than a memory may have."""
-    if number > MOST_MATERIALS:
-        raise BadArgumentError("colours", "", f"are of {number} materials, must be of at most {MOST_MATERIALS}")
 
 
 def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None:
@@ -180,18 +182,80 @@ def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None
     return best if best < len(colours) and probabilities[best] >= CERTAIN else None
 
 
-def measure_body(trial: TrialEvidence, columns: Sequence[int], prior: Prior) -> Quadratic:
-    """Computes a trial's quadratic log likelihood of the ten parameters.
+def measure_bodies(
+    trials: Sequence[TrialEvidence], columns: Sequence[Sequence[int]], prior: Prior
+) -> list[Quadratic]:
+    """Computes each trial's quadratic log likelihood of the ten parameters; ``columns`` are materials of its parts.
 
-    Errors that grow with torque are evaluated at the densities that fit this trial alone.
+    Errors that grow with torque are evaluated at the densities that fit this trial alone. Trials with one such noise
+    model, and equally many joints, materials and errors of the geometry, are computed together.
     """
-    materials = sorted(set(columns))
-    geometry = gather(trial.geometry, [materials.index(column) for column in columns], len(materials))
-    broad = build_broad_belief(prior, len(materials))
+    groups: dict[object, list[int]] = {}
+    geometries = []
+    for i, (trial, own) in enumerate(zip(trials, columns, strict=True)):
+        materials = sorted(set(own))
+        geometry = gather(trial.geometry, [materials.index(column) for column in own], len(materials))
+        geometries.append(geometry)
+        key = (trial.model, trial.num_joints, geometry.Phi_errors.shape) if isinstance(trial.model, WeberNoise) else i
+        groups.setdefault(key, []).append(i)
+    found: dict[int, Quadratic] = {}
+    for rows in groups.values():
+        chosen, seen = [trials[i] for i in rows], [geometries[i] for i in rows]
+        measure = _measure_felt if isinstance(chosen[0].model, WeberNoise) else _measure_one
+        found |= zip(rows, measure(chosen, seen, prior), strict=True)
+    return [found[i] for i in range(len(trials))]
+
+
+def _measure_one(trials: Sequence[TrialEvidence], geometries: Sequence[Geometry], prior: Prior) -> list[Quadratic]:
+    """Computes the quadratic of a trial with any model."""
+    (trial,), (geometry,) = trials, geometries
+    broad = build_broad_belief(prior, geometry.Phi.shape[1])
     likelihood = find_fixed_point(broad, lambda rho: trial.compute_likelihood(geometry, rho))
     rho = broad.condition(likelihood).untruncated_mean
     of_body = trial.compute_likelihood(BODY, geometry.Phi @ rho)
-    return Quadratic(of_body.precision, of_body.information_vector)
+    return [Quadratic(of_body.precision, of_body.information_vector)]
+
+
+def _measure_felt(trials: Sequence[TrialEvidence], geometries: Sequence[Geometry], prior: Prior) -> list[Quadratic]:
+    """Computes the quadratics of N trials with one Weber noise, whose arrays have the same shapes."""
+    noise, J, N = trials[0].model, trials[0].num_joints, len(trials)
+    assert isinstance(noise, WeberNoise)
+    features = np.array([trial.features for trial in trials])
+    tau_arm, Y = features[:, J : 2 * J], features[:, 2 * J :].reshape(N, J, NUM_PARAMETERS)
+    residual = features[:, :J] - tau_arm
+    Phi, errors = (np.array([getattr(each, name) for each in geometries]) for name in ("Phi", "Phi_errors"))
+    regressor = Y @ Phi  # (N, J, M)
+    num_percepts = np.array([trial.num_samples if noise.independent_samples else 1 for trial in trials])
+
+    def compute_variances(predicted: Array, rows: NDArray[np.intp]) -> Array:
+        variances: Array = noise.threshold**2 + (noise.weber_fraction * predicted) ** 2
+        return variances / num_percepts[rows, None]
+
+    def weigh(covariance: Array, regressor: Array, residual: Array) -> Likelihood:
+        weighted = np.linalg.solve(covariance, np.concatenate([regressor, residual[..., None]], axis=-1))
+        transposed = np.swapaxes(regressor, 1, 2)
+        precision, information_vector = transposed @ weighted[..., :-1], np.matvec(transposed, weighted[..., -1])
+        return Likelihood(precision, information_vector, np.nan)
+
+    def compute_likelihoods(rho: Array, rows: NDArray[np.intp]) -> Likelihood:
+        predicted = tau_arm[rows] + np.matvec(regressor[rows], rho)
+        covariance = compute_variances(predicted, rows)[..., None] * np.eye(J)
+        if errors.shape[1]:
+            spread = np.matvec(errors[rows], rho[:, None, :])  # (n, G, 10)
+            covariance += Y[rows] @ (np.swapaxes(spread, 1, 2) @ spread) @ np.swapaxes(Y[rows], 1, 2)
+        return weigh(covariance, regressor[rows], residual[rows])
+
+    everyone = np.arange(N)
+    broad = build_broad_belief(prior, Phi.shape[2])
+    normals = Normals(
+        np.tile(broad.untruncated_mean, (N, 1)),
+        np.tile(broad.covariance, (N, 1, 1)),
+        (np.tile(broad.precision, (N, 1, 1)), np.tile(broad.information_vector, (N, 1))),
+    )
+    rho = normals.condition(find_fixed_points(normals, everyone, compute_likelihoods)).mean
+    predicted = tau_arm + np.matvec(Y, np.matvec(Phi, rho))
+    of_bodies = weigh(compute_variances(predicted, everyone)[..., None] * np.eye(J), Y, residual)
+    return [Quadratic(*each) for each in zip(of_bodies.precision, of_bodies.information_vector, strict=True)]
 
 
 @functools.lru_cache(maxsize=64)

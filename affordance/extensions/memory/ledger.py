@@ -3,44 +3,127 @@
 Trials are added and never changed. Beliefs are recomputed from them in the order of their times, regardless of the
 order in which they were added: learners with kinds replay all trials, learners with one density per colour use sums
 over all trials.
+
+The ledger is an SQLite file. A file with any other table, index, trigger or view than those that this program writes
+is refused, so a stranger's file cannot make SQLite calculate anything. Nothing derived is stored, except columns for
+searching, which SQLite computes from the record itself.
 """
 
-import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+import itertools
+import json
+import sqlite3
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from affordance.arguments import Seed, check_kind
+from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner import Learner
 from affordance.belief.learners import check_learner
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
-from affordance.extensions.memory.evidence_sums import EvidenceSums, gather
-from affordance.extensions.memory.kept_sums import WORTH_KEEPING, KeptSums, load_sums, save_sums
-from affordance.extensions.memory.same_colours import SameColours, translate
-from affordance.extensions.memory.stored_trials import (
-    ALL,
-    Appended,
-    Selection,
-    check_trials,
-    delete_trials,
-    find_known,
-    get_precedence,
-    insert_trials,
-    read_row,
-    read_rows,
-    read_trials,
+from affordance.extensions.memory.evidence_sums import EvidenceSums, find_material, gather
+from affordance.extensions.memory.trial_evidence import TrialEvidence, read_record, read_time
+from affordance.files.atomic import write_text
+from affordance.files.bounded import check_size, read_text
+from affordance.objects.appearance import PartAppearance
+from affordance.objects.colour import (
+    COLOUR_FORM,
+    Colour,
+    find_nearest_colour,
+    is_colour,
+    is_same_colour,
+    parse_colour,
+    show_colour,
 )
-from affordance.extensions.memory.tables import check_file, check_integrity, check_place, open_database, transact
-from affordance.extensions.memory.trial_evidence import TrialEvidence
+from affordance.plant.arm import name_robot
+from affordance.plant.serial_chain import ArmOwner
 from affordance.proprioception.fixed_point import find_fixed_point
+
+# Largest file, about 200 000 trials, [bytes].
+LARGEST_FILE = 1_000_000_000
+# Time for which a process waits for another one that writes, [s].
+_PATIENCE = 30.0
+_SQLITE = b"SQLite format 3\x00"
+_SHORTEST_ID = 4
+# Number of trials whose evidence is computed together.
+_BATCH = 1000
+
+
+# Columns that SQLite computes from the record.
+_DERIVED = ", ".join(
+    f"{name} TEXT NOT NULL AS (json_extract(content, '$.{name}')) STORED"
+    for name in ("id", "time", "robot", "fingerprint", "object", "digest")
+)
+_DEFINITIONS = (
+    f"CREATE TABLE trials (content TEXT NOT NULL, {_DERIVED})",
+    "CREATE UNIQUE INDEX by_id ON trials (id)",
+    "CREATE INDEX by_time ON trials (time, id)",
+    "CREATE TABLE joins (colour TEXT NOT NULL, meant TEXT NOT NULL)",
+)
+# Of two records of one recording, the one with the earlier time is kept; the digest decides if both have one time.
+_INSERT = """INSERT INTO trials (content) VALUES (?) ON CONFLICT (id) DO UPDATE SET content = excluded.content
+    WHERE excluded.time || excluded.digest < time || digest"""
+
+
+class Selection(NamedTuple):
+    """Selection of trials that meet all given conditions.
+
+    Attributes:
+        robot: Name of the robot.
+        object_name: Name of the object.
+        since: Earliest selected time, ISO 8601, in UTC unless it has an offset.
+        until: Time before which trials are selected, likewise.
+        trial: Beginning of the id of a trial, at least four digits.
+
+    Example:
+        >>> from affordance import Selection
+        >>> Selection(robot="panda", since="2026-01-01").robot
+        'panda'
+    """
+
+    robot: str = ""
+    object_name: str = ""
+    since: str = ""
+    until: str = ""
+    trial: str = ""
+
+    def narrow(self) -> tuple[str, list[str]]:
+        """Builds the SQL condition for the selection, empty if all trials are selected, and its values.
+
+        Raises:
+            BadArgumentError: A time is invalid, or the id of a trial is too short.
+        """
+        for name, value in self._asdict().items():
+            check_kind(name, value, str)
+        if self.trial and len(self.trial) < _SHORTEST_ID:
+            raise BadArgumentError("trial", "", f"is {self.trial!r}, must be at least {_SHORTEST_ID} digits of an id")
+        conditions = {
+            "robot = ?": self.robot,
+            "object = ?": self.object_name,
+            "time >= ?": self.since and read_time("since", self.since),
+            "time < ?": self.until and read_time("until", self.until),
+            f"substr(id, 1, {len(self.trial)}) = ?": self.trial,
+        }
+        given = {condition: value for condition, value in conditions.items() if value}
+        return f" WHERE {' AND '.join(given)}" if given else "", list(given.values())
+
+
+ALL = Selection()
+
+
+class Appended(NamedTuple):
+    """Numbers of new trials, and of stored records replaced by an earlier record of the same recording."""
+
+    new: int
+    replaced: int
 
 
 class Ledger:
@@ -60,11 +143,16 @@ class Ledger:
     """
 
     def __init__(self, place: Path | str, *, create: bool = True) -> None:
-        """Opens the database; see ``open_memory``."""
-        self.place = check_place(place)
-        self._connection = open_database(self.place, create=create)
-        self._reads = partial(transact, self._connection, self.place, writes=False)
-        self._writes = partial(transact, self._connection, self.place, writes=True)
+        """Opens the database, and creates its tables if it is new; see ``open_memory``."""
+        self.place = _check_place(place, create=create)
+        with self._translate("read"):
+            self._connection = sqlite3.connect(self.place.absolute(), timeout=_PATIENCE, autocommit=True)
+        self._reads, self._writes = partial(self._transact, writes=False), partial(self._transact, writes=True)
+        try:
+            self._set_up(create=create)
+        except BaseException:
+            self.close()
+            raise
 
     def __enter__(self) -> Self:
         """Returns the ledger, which is closed at the end of the block."""
@@ -79,12 +167,12 @@ class Ledger:
     def __len__(self) -> int:
         """Returns the number of trials."""
         with self._reads():
-            return int(self._connection.execute("SELECT count(*) FROM trials").fetchone()[0])
+            return self._count()
 
     def __contains__(self, trial_id: str) -> bool:
         """Returns True if the ledger contains a trial with this id."""
         with self._reads():
-            return bool(find_known(self._connection, [trial_id]))
+            return self._count(" WHERE id = ?", [trial_id]) > 0
 
     def __repr__(self) -> str:
         return f"Ledger({self.place}: {len(self)} trials)"
@@ -105,7 +193,7 @@ class Ledger:
         Returns: Number of trials that were new.
 
         Raises:
-            BadArgumentError: An argument is not the evidence of a trial, or is too large.
+            BadArgumentError: An argument is not the evidence of a trial.
             BadValueError: The database cannot be written; nothing was changed.
         """
         return self.add(trials).new
@@ -114,75 +202,67 @@ class Ledger:
         """Adds trials like ``append``; returns the numbers of new trials and of replaced records."""
         for i, trial in enumerate(check_kind("trials", trials, Sequence, "a list of TrialEvidence")):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
-        unique = {trial.id: trial for trial in sorted(trials, key=get_precedence, reverse=True)}
+        records = (json.dumps(trial.to_dict()) for trial in sorted(trials, key=lambda each: each.time + each.digest))
         with self._writes():
-            known = find_known(self._connection, list(unique))
-            new = [each for key, each in unique.items() if key not in known]
-            earlier = [each for key, each in unique.items() if key in known and get_precedence(each) < known[key]]
-            delete_trials(self._connection, [each.id for each in earlier])
-            insert_trials(self._connection, sorted([*new, *earlier], key=get_precedence))
-        return Appended(len(new), len(earlier))
+            known, changes = self._count(), self._connection.total_changes
+            self._connection.executemany(_INSERT, ((record,) for record in records))
+            new = self._count() - known
+            return Appended(new, self._connection.total_changes - changes - new)
 
-    def recall(
-        self,
-        learner: Learner | str = "density",
-        prior: Prior = Prior(),
-        *,
-        seed: Seed = 0,
-        same_colours: SameColours = (),
-    ) -> MaterialMemory:
-        """Computes what a learner believes after all trials.
+    def recall(self, learner: Learner | str = "density", prior: Prior = Prior(), *, seed: Seed = 0) -> MaterialMemory:
+        """Computes what a learner believes after all trials, with the colours that ``join`` names as one.
 
         Args:
             learner: Learner, or its name.
             prior: Prior of materials that were never felt.
             seed: Seed of the learner's random draws, if it makes any.
-            same_colours: Pairs of colours to treat as one, because two cameras see them differently. The second of
-                each, which must be in the memory, is read as the first.
 
         Raises:
             BadArgumentError: An argument has the wrong type.
-            BadValueError: The database cannot be read, a record is invalid, or no part has a pair's second colour.
+            BadValueError: The database cannot be read, or a record is invalid.
         """
         learner = check_learner("learner", learner)
         check_kind("prior", prior, Prior)
         if learner.name == "density":
-            sums = self.sum(prior, same_colours)
-            with blame(self.place):
+            sums = self.sum(prior)
+            with self.blame():
                 return MaterialMemory.from_belief(sums.colours, sums.build_belief())
         memory = start_memory(learner, seed)
-        with self._read(same_colours) as trials:
-            for trial in trials:
-                with blame(self.place, f"trial {trial.id}"):
-                    memory = replay([trial], memory, prior)
+        for trial in self._read_joined():
+            with self.blame(f"trial {trial.id}"):
+                memory = replay([trial], memory, prior)
         return memory
 
-    def sum(self, prior: Prior = Prior(), same_colours: SameColours = ()) -> EvidenceSums:
+    def sum(self, prior: Prior = Prior()) -> EvidenceSums:
         """Sums the evidence of all trials; see ``recall``."""
-        if same_colours:
-            return self._add(EvidenceSums(prior), translate(self.list_trials(), same_colours, self.place))
-        kept = load_sums(self.place, prior) if len(self) >= WORTH_KEEPING else None
-        with self._reads():
-            return self._sum_rows(kept, prior)
+        sums = EvidenceSums(prior)
+        for batch in itertools.batched(self._read_joined(), _BATCH):
+            try:
+                with self.blame():
+                    sums.add(batch)
+            except BadValueError:  # one by one, the trial that cannot be learned from is found
+                for trial in batch:
+                    with self.blame(f"trial {trial.id}"):
+                        sums.add([trial])
+        for name, thing in sums.things.items():
+            with self.blame(f"object {name}"):
+                thing.compute_likelihood(prior)
+        return sums
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
-        """Lists the selected trials, or all, in the order of their times.
+        """Lists the selected trials, or all, in the order of their times, with the colours that were seen.
 
         Raises:
             BadArgumentError: A time of the selection is invalid, or the id of a trial is too short.
             BadValueError: The database cannot be read, or a record is invalid.
         """
-        with self._reads():
-            return list(read_trials(self._connection, self.place, selection))
+        return list(self._read(selection))
 
     def list_names(self) -> tuple[list[str], list[str]]:
         """Lists the names of all robots and of all objects."""
         with self._reads():
             robots, objects = (
-                [
-                    str(name)
-                    for (name,) in self._connection.execute(f"SELECT DISTINCT {column} FROM trials ORDER BY 1")
-                ]
+                [name for (name,) in self._connection.execute(f"SELECT DISTINCT {column} FROM trials ORDER BY 1")]
                 for column in ("robot", "object")
             )
             return robots, objects
@@ -190,9 +270,9 @@ class Ledger:
     def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
         """Counts a robot's trials whose arm is known and has none of the given fingerprints."""
         ours = ("", *fingerprints)
-        query = f"SELECT count(*) FROM trials WHERE robot = ? AND fingerprint NOT IN ({','.join('?' * len(ours))})"
         with self._reads():
-            return int(self._connection.execute(query, (robot, *ours)).fetchone()[0])
+            condition = f" WHERE robot = ? AND fingerprint NOT IN ({','.join('?' * len(ours))})"
+            return self._count(condition, [robot, *ours])
 
     def forget(self, selection: Selection) -> int:
         """Deletes trials, as if they had never been added.
@@ -209,6 +289,41 @@ class Ledger:
         with self._writes():
             return int(self._connection.execute(f"DELETE FROM trials{condition}", values).rowcount)
 
+    def join(self, pairs: Sequence[tuple[Colour, Colour]]) -> None:
+        """States which colours are the same, because two cameras see them differently; replaces earlier statements.
+
+        Records do not change: ``recall`` reads the second colour of each pair as the first. Merging copies trials
+        only, as another memory may be of another camera.
+
+        Raises:
+            BadValueError: The two colours of a pair count as one already, or no part in the memory has the second.
+        """
+        known = {show_colour(part.colour): part.colour for trial in self._read() for part in trial.parts}
+        joins: dict[Colour, Colour] = {}
+        for one, other in pairs:
+            meant = joins.get(one, one)
+            shown = f"{show_colour(one)}={show_colour(other)}"
+            if is_same_colour(meant, other):
+                raise BadValueError(
+                    "join", "", f"is {shown}, which count as one colour, must be two different colours"
+                )
+            if find_colour_index(list(known.values()), other) is None:
+                nearest = f"; the nearest is {find_nearest_colour(other, known)}" if known else ""
+                raise BadValueError(self.place, "", f"has no part of the second colour of {shown}{nearest}")
+            joins = {each: meant if found == other else found for each, found in joins.items()} | {other: meant}
+        rows = [(show_colour(other), show_colour(meant)) for other, meant in joins.items()]
+        with self._writes():
+            self._connection.execute("DELETE FROM joins")
+            self._connection.executemany("INSERT INTO joins VALUES (?, ?)", rows)
+
+    def list_joins(self) -> list[tuple[str, str]]:
+        """Lists the colours that are read as another one, each with that other one, in hexadecimal."""
+        with self._reads():
+            rows = self._connection.execute("SELECT colour, meant FROM joins ORDER BY rowid").fetchall()
+        if not all(is_colour(str(each)) for row in rows for each in row):
+            raise BadValueError(self.place, "joins", f"names something that is no colour, {COLOUR_FORM}")
+        return rows
+
     def merge(self, other: "Ledger") -> int:
         """Adds the trials of another ledger that this one does not have; returns their number.
 
@@ -220,51 +335,91 @@ class Ledger:
     def verify(self) -> list[str]:
         """Checks the database and every record; returns one line per fault."""
         with self._reads():
-            if problem := check_integrity(self._connection):
-                return [f"{self.place}: the file is damaged: {problem}"]
-            return check_trials(self._connection, self.place)
-
-    def _sum_rows(self, kept: KeptSums | None, prior: Prior) -> EvidenceSums:
-        """Sums the evidence of all trials, starting from the cached sums if they cover the first trials."""
-        digest = hashlib.sha256()
-        rows = read_rows(self._connection, self.place)
-        if kept is not None:
-            for row in islice(rows, kept.number):
-                digest.update(repr(row).encode())
-            if digest.hexdigest() != kept.digest:
-                return self._sum_rows(None, prior)
-        first = number = kept.number if kept else 0
-
-        def read() -> Iterator[TrialEvidence]:
-            nonlocal number
-            for row in rows:
-                digest.update(repr(row).encode())
-                yield read_row(self.place, row)
-                number += 1
-
-        sums = self._add(kept.sums if kept else EvidenceSums(prior), read())
-        if number - first >= WORTH_KEEPING:
-            save_sums(self.place, KeptSums(number, digest.hexdigest(), sums))
-        return sums
-
-    def _add(self, sums: EvidenceSums, trials: Iterable[TrialEvidence]) -> EvidenceSums:
-        """Adds trials to sums; raises a BadValueError for evidence that no densities fit."""
-        for trial in trials:
-            with blame(self.place, f"trial {trial.id}"):
-                sums.add(trial)
-        for name, thing in sums.things.items():
-            with blame(self.place, f"object {name}"):
-                thing.compute_likelihood(sums.prior)
-        return sums
+            (found,) = self._connection.execute("PRAGMA integrity_check(1)").fetchone()
+        if found != "ok":
+            return [f"{self.place}: the file is damaged: {found}"]
+        faults = []
+        for key, record in self._read_records():
+            try:
+                read_record(self.place, f"trial {key}", record)
+            except BadValueError as error:
+                faults.append(str(error))
+        return faults
 
     @contextmanager
-    def _read(self, same_colours: SameColours) -> Iterator[Iterable[TrialEvidence]]:
-        """Context with all trials in the order of their times, in which pairs of colours are translated."""
-        if same_colours:
-            yield translate(self.list_trials(), same_colours, self.place)
-        else:
-            with self._reads():
-                yield read_trials(self._connection, self.place)
+    def blame(self, key: str = "") -> Iterator[None]:
+        """Converts numerical errors, from evidence that no densities fit, to a BadValueError with memory and key."""
+        try:
+            with np.errstate(over="raise", divide="raise", invalid="raise"):
+                yield
+        except (np.linalg.LinAlgError, FloatingPointError, AffordanceError) as error:
+            raise BadValueError(self.place, key, f"cannot be learned from: {error}") from error
+
+    def _count(self, condition: str = "", values: Sequence[str] = ()) -> int:
+        return int(self._connection.execute(f"SELECT count(*) FROM trials{condition}", values).fetchone()[0])
+
+    def _read_records(self, selection: Selection = ALL) -> list[tuple[str, str]]:
+        """Reads the ids and records of the selected trials in the order of their times."""
+        condition, values = selection.narrow()
+        with self._reads():
+            query = f"SELECT id, content FROM trials{condition} ORDER BY time, id"
+            return self._connection.execute(query, values).fetchall()
+
+    def _read(self, selection: Selection = ALL) -> Iterator[TrialEvidence]:
+        """Reads the selected trials in the order of their times; an invalid record raises a BadValueError."""
+        return (read_record(self.place, f"trial {key}", text) for key, text in self._read_records(selection))
+
+    def _read_joined(self) -> Iterable[TrialEvidence]:
+        """Reads all trials, with the colours that were joined."""
+        joins = {parse_colour(colour): parse_colour(meant) for colour, meant in self.list_joins()}
+        return map(partial(_join_colours, joins), self._read()) if joins else self._read()
+
+    def _set_up(self, *, create: bool) -> None:
+        """Creates the tables of a new database, and refuses any other tables.
+
+        The size is limited to what can be opened again.
+        """
+        with self._reads():
+            found = self._list_definitions()
+            (page_size,) = self._connection.execute("PRAGMA page_size").fetchone()
+        if not found:
+            if not create:
+                raise BadValueError(self.place, "", "is empty, must be a memory that a command has written")
+            with self._writes():
+                if not self._list_definitions():  # no other process has just created them
+                    for definition in _DEFINITIONS:
+                        self._connection.execute(definition)
+        elif found != set(_DEFINITIONS):
+            problem = "is a database of another program or version, must be a memory that a command has written"
+            raise BadValueError(self.place, "", problem)
+        self._connection.execute(f"PRAGMA max_page_count={LARGEST_FILE // page_size}")
+
+    def _list_definitions(self) -> set[str]:
+        return {sql for (sql,) in self._connection.execute("SELECT sql FROM sqlite_schema")}
+
+    @contextmanager
+    def _transact(self, *, writes: bool) -> Iterator[None]:
+        """Runs one transaction; if it fails, nothing is changed, and errors of the database raise a BadValueError.
+
+        A transaction that writes waits for other writers at its start, because it could not wait later.
+        """
+        with self._translate("written" if writes else "read"):
+            self._connection.execute("BEGIN IMMEDIATE" if writes else "BEGIN")
+            try:
+                yield
+                self._connection.execute("COMMIT")
+            except BaseException:
+                if self._connection.in_transaction:  # if the disk is full, SQLite has ended it already
+                    self._connection.execute("ROLLBACK")
+                raise
+
+    @contextmanager
+    def _translate(self, what: str) -> Iterator[None]:
+        """Converts errors of the database to a BadValueError."""
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise BadValueError(self.place, "", f"cannot be {what}: {error}; nothing was changed") from error
 
 
 def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
@@ -287,9 +442,20 @@ def has_memory(place: str | Path) -> bool:
     Raises:
         BadValueError: If it is another file, or in a folder that does not exist.
     """
-    path = check_place(place)
-    check_file(path, create=True)
-    return path.exists()
+    return _check_place(place, create=True).exists()
+
+
+def export_trials(ledger: Ledger, path: Path) -> int:
+    """Writes the records of all trials to a file, one per line; returns their number."""
+    lines = [json.dumps(trial.to_dict()) for trial in ledger.list_trials()]
+    write_text(path, "".join(f"{line}\n" for line in lines))
+    return len(lines)
+
+
+def import_trials(path: Path) -> list[TrialEvidence]:
+    """Reads a file that ``export_trials`` wrote; a file that is none raises a BadValueError."""
+    lines = enumerate(read_text(path, LARGEST_FILE).split("\n"), 1)
+    return [read_record(path, f"line {number}", line) for number, line in lines if line]
 
 
 def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior) -> MaterialMemory:
@@ -303,11 +469,56 @@ def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior
     return memory
 
 
-@contextmanager
-def blame(place: Path, key: str = "") -> Iterator[None]:
-    """Converts numerical errors, from evidence that no densities fit, to a BadValueError with memory and trial."""
-    try:
-        with np.errstate(over="raise", divide="raise", invalid="raise"):
-            yield
-    except (np.linalg.LinAlgError, FloatingPointError, AffordanceError) as error:
-        raise BadValueError(place, key, f"cannot be learned from: {error}") from error
+def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
+    """Counts a robot's trials with a different arm from its present one; 0 without a memory.
+
+    ``recognise`` computes the fingerprint of its present arm; it is called only if there are trials.
+    """
+    if not (place and has_memory(place)):
+        return 0
+    with open_memory(place, create=False) as ledger:
+        return ledger.count_of_other_arms(robot, recognise()) if ledger.count_of_other_arms(robot) else 0
+
+
+def count_of(robot: ArmOwner, place: str | None) -> int:
+    """Counts the trials in a memory that a robot made with a different arm; 0 without a memory."""
+    return count_past_arms(place or "", name_robot(robot.directives), lambda: robot.chain.fingerprint)
+
+
+def describe_past_arms(robot: str, number: int) -> str:
+    """Describes the number of trials with a different arm; empty if there are none."""
+    return f"{robot} had another arm in {number} of its trials, which still count for materials" if number else ""
+
+
+def _check_place(place: Path | str, *, create: bool) -> Path:
+    """Returns the path of a memory; refuses a file that is none, or that does not exist and cannot be created."""
+    if not isinstance(place, str | Path) or not str(place):
+        raise BadArgumentError("place", "", f"is {place!r}, must be the path of an SQLite file")
+    path = Path(place)
+    if not path.exists():
+        if not create:
+            raise BadValueError(path, "", "does not exist, must be a memory that a command has written")
+        if not path.parent.is_dir():
+            raise BadValueError(path, "", f"cannot be created: there is no folder {str(path.parent)!r}")
+        return path
+    check_size(path, LARGEST_FILE)
+    if path.is_dir():
+        raise BadValueError(path, "", "is a folder, must be a file")
+    with path.open("rb") as file:
+        begin = file.read(len(_SQLITE))
+    if begin not in (b"", _SQLITE):
+        hint = "affordance memory import reads an exported one"
+        problem = f"is not an SQLite file, must be a memory that a command has written; {hint}"
+        raise BadValueError(path, "", problem)
+    return path
+
+
+def _join_colours(joins: dict[Colour, Colour], trial: TrialEvidence) -> TrialEvidence:
+    """Replaces the colours of a trial's parts by those that they mean."""
+    colours = [*joins, *joins.values()]
+
+    def translate(part: PartAppearance) -> PartAppearance:
+        index = find_material(part, colours)
+        return part if index is None else part._replace(colour=joins.get(colours[index], part.colour))
+
+    return replace(trial, parts=tuple(map(translate, trial.parts)))

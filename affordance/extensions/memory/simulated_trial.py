@@ -1,11 +1,26 @@
-"""Builds evidence from simulated trials."""
+"""Evidence from simulated trials, and an observer who begins with a lasting memory and adds to it what is felt."""
 
+import uuid
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from affordance.belief.material_memory import start_memory
+from affordance.belief.memory_file import format_memory
+from affordance.exceptions import BadValueError
+from affordance.extensions.memory.ledger import has_memory, open_memory
+from affordance.extensions.memory.summary import recall_with_objects
 from affordance.extensions.memory.trial_evidence import FELT_MODELS, TrialEvidence
+from affordance.files.constraints import SEEDS
 from affordance.plant.arm import name_robot
 from affordance.plant.chain_plant import recognise_arm
 from affordance.plant.load import load_arm
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.prediction import measure_geometry
+
+if TYPE_CHECKING:
+    from affordance.experiments.shared.observers import Setup
 
 
 def describe_trial(record: TrialRecord) -> TrialEvidence | None:
@@ -31,3 +46,39 @@ def describe_trial(record: TrialRecord) -> TrialEvidence | None:
         p_value=record.p_value,
         source="simulated",
     )
+
+
+def remember_in(setup: "Setup", place: Path | str) -> "Setup":
+    """Returns the setup of one observer who begins with a lasting memory, and adds to it what it feels.
+
+    The number of remembered trials is added to the seed, so that no measurement error is drawn twice; beyond the
+    largest seed, counting starts again at 0. The settings must not be changed afterwards, because the learner's
+    belief depends on them.
+
+    Args:
+        setup: Setup of a run of one observer.
+        place: Path of the SQLite file. If it does not exist, the memory is empty, and the first trial creates it.
+
+    Raises:
+        BadValueError: There are several observers, the file cannot be read, or a record is invalid.
+    """
+    if setup.observers != 1:
+        problem = f"is {setup.observers}, must be 1 with a memory, which belongs to one observer"
+        raise BadValueError("--repeats", "", problem)
+    settings, place, trials = setup.settings, str(place), 0
+    if not has_memory(place):
+        known = start_memory(settings.learner, setup.seed)
+    else:
+        with open_memory(place, create=False) as ledger:
+            known = recall_with_objects(ledger, settings.learner, settings.prior, setup.seed)
+            trials = len(ledger)
+    remember = partial(_append, place, uuid.uuid4().hex)  # so that observers of different runs are not confused
+    seed = (setup.seed + trials) % (int(SEEDS.high) + 1)
+    return replace(setup, known=format_memory(known), remember=remember, seed=seed)
+
+
+def _append(place: str, run: str, record: TrialRecord) -> None:
+    """Appends a trial if something was felt in it; raises a BadValueError if the file cannot be written."""
+    if (evidence := describe_trial(record)) is not None:
+        with open_memory(place) as ledger:
+            ledger.append([evidence])

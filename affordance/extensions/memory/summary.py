@@ -12,8 +12,7 @@ from affordance.belief.learner import Learner
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.extensions.memory.evidence_sums import EvidenceSums, FeltThing
-from affordance.extensions.memory.ledger import Ledger, blame
-from affordance.extensions.memory.same_colours import SameColours
+from affordance.extensions.memory.ledger import Ledger
 from affordance.objects.colour import Colour
 
 _FRACTIONS = (0.05, 0.5, 0.95)
@@ -54,13 +53,13 @@ class MemorySummary(NamedTuple):
     things: tuple[KnownThing, ...]
 
 
-def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> MemorySummary:
+def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
     """Summarises a memory for a learner with one density per colour.
 
     Arguments and errors are those of ``Ledger.recall``.
     """
-    sums = ledger.sum(prior, same_colours)
-    with blame(ledger.place):
+    sums = ledger.sum(prior)
+    with ledger.blame():
         belief = sums.build_belief()
         low, median, high = belief.compute_percentiles(_FRACTIONS) if sums.colours else np.zeros((3, 0))
         materials = []
@@ -77,27 +76,25 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
     return MemorySummary(tuple(materials), known)
 
 
-def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> dict[str, FeltObject]:
+def recall_felt(ledger: Ledger, prior: Prior) -> dict[str, FeltObject]:
     """Computes the evidence about each object, by its name, with one density per colour of its parts.
 
     Arguments and errors are those of ``Ledger.recall``.
     """
-    sums = ledger.sum(prior, same_colours)
-    with blame(ledger.place):
+    sums = ledger.sum(prior)
+    with ledger.blame():
         return {name: _describe_felt(thing, sums, prior) for name, thing in sums.things.items()}
 
 
-def recall_with_objects(
-    ledger: Ledger, learner: Learner, prior: Prior, seed: Seed, same_colours: SameColours = ()
-) -> MaterialMemory:
+def recall_with_objects(ledger: Ledger, learner: Learner, prior: Prior, seed: Seed) -> MaterialMemory:
     """Recalls a learner's belief together with the evidence about each object, so that none is counted twice.
 
     Arguments and errors are those of ``Ledger.recall``, whose result for one density per colour has no objects.
     """
-    memory = ledger.recall(learner, prior, seed=seed, same_colours=same_colours)
+    memory = ledger.recall(learner, prior, seed=seed)
     if learner.name != "density":
         return memory
-    felt = [each for each in recall_felt(ledger, prior, same_colours).values() if each.own.precision.any()]
+    felt = [each for each in recall_felt(ledger, prior).values() if each.own.precision.any()]
     return MaterialMemory.from_belief(memory.colours, memory.belief, felt)
 
 

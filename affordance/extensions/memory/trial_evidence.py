@@ -1,4 +1,4 @@
-"""Evidence of one trial, as a ledger stores it: observed features and measured torques, without beliefs.
+"""Evidence of one trial, observed features and measured torques without beliefs, and its record in JSON.
 
 Frames: the object's parts are given in T, and its ten parameters are about the origin of T.
 """
@@ -9,16 +9,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from affordance.arguments import check_array, check_colour, check_kind, check_number, check_symmetry, check_whole
 from affordance.arrays import Array
-from affordance.belief.likelihood import Likelihood
-from affordance.exceptions import BadArgumentError, show_value
-from affordance.extensions.memory.felt_models import PayloadQuadratic, unpack
+from affordance.belief.likelihood import Likelihood, Quadratic
+from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, show_value
 from affordance.files.constraints import OneLine, Whole, run_check
+from affordance.files.data_model import DataModel, check_content
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
@@ -51,6 +53,38 @@ class FeltModel(Protocol):
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
         """Computes the likelihood; errors are evaluated at densities rho, (M,); see ``NoiseModel``."""
+
+
+@dataclass(frozen=True)
+class PayloadQuadratic:
+    """Quadratic log likelihood of an identified payload's ten parameters.
+
+    The features are the precision H, row by row, followed by the information vector b.
+    """
+
+    def num_features(self, num_joints: int) -> int:
+        """Returns the number of entries of H and b."""
+        return NUM_PARAMETERS * (NUM_PARAMETERS + 1)
+
+    def compute_likelihood(
+        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
+    ) -> Likelihood:
+        """Computes the likelihood of densities; errors of the geometry are evaluated at rho, (M,).
+
+        The log likelihood of the best-fitting parameters is zero.
+        """
+        return unpack(features).widen(geometry.compute_covariance(rho)).restrict(geometry.Phi)
+
+
+def pack(quadratic: Quadratic) -> Array:
+    """Packs a quadratic as features of ``PayloadQuadratic``, shape (110,)."""
+    return np.concatenate([quadratic.precision.ravel(), quadratic.information])
+
+
+def unpack(features: Array) -> Quadratic:
+    """Unpacks the features of ``PayloadQuadratic``, shape (110,)."""
+    size = NUM_PARAMETERS**2
+    return Quadratic(features[:size].reshape(NUM_PARAMETERS, NUM_PARAMETERS), features[size:])
 
 
 FELT_MODELS: Mapping[str, type[FeltModel]] = {
@@ -135,19 +169,22 @@ class TrialEvidence:
         object.__setattr__(self, "parts", parts)
         object.__setattr__(self, "geometry", _check_geometry(self.geometry, len(parts)))
         shape = (self.model.num_features(self.num_joints or len(parts)),)
-        features = _check_bounded("features", self.features, shape, _FEATURE_MAX[self._model_name])
+        most = _FEATURE_MAX[self._model_name]
+        features = _check_bounded("features", self.features, shape, -most, most)
         object.__setattr__(self, "features", features)
         self._check_precision()
 
     def _check_precision(self) -> None:
-        """Raises a BadArgumentError unless the precision of the ten parameters is positive semidefinite."""
-        try:
-            precision = self.compute_likelihood(BODY, np.zeros(NUM_PARAMETERS)).precision
-            if isinstance(self.model, PayloadQuadratic):  # its likelihood is symmetrised, so the features are checked
-                check_symmetry("features", unpack(self.features).precision)
-            least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
-        except np.linalg.LinAlgError as error:
-            raise BadArgumentError("features", "", f"has no valid precision: {error}") from error
+        """Raises a BadArgumentError unless the precision of the ten parameters is positive semidefinite.
+
+        Weber noise has no other one.
+        """
+        if isinstance(self.model, WeberNoise):
+            return
+        precision = self.compute_likelihood(BODY, np.zeros(NUM_PARAMETERS)).precision
+        if isinstance(self.model, PayloadQuadratic):  # its likelihood is symmetrised, so the features are checked
+            check_symmetry("features", unpack(self.features).precision)
+        least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
         if least < -_ROUNDING * max(largest, 0.0):
             problem = f"has a precision with the eigenvalue {least:.3g}, must be positive semidefinite"
             raise BadArgumentError("features", "", problem)
@@ -210,14 +247,10 @@ PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "sour
 def _check_part(name: str, part: PartAppearance) -> PartAppearance:
     """Checks a part's appearance, and returns it as plain numbers."""
     check_kind(name, part, PartAppearance)
-    sizes = check_array(f"{name}.sizes", part.sizes, (None,))
+    sizes = _check_bounded(f"{name}.sizes", part.sizes, (None,), *_SIZES, " m")
     if not len(sizes):
         raise BadArgumentError(f"{name}.sizes", "", "is empty, must hold at least one length")
-    x, y, z = (float(each) for each in check_array(f"{name}.position", part.position, (3,)))
-    for i, size in enumerate(sizes):
-        check_number(f"{name}.sizes[{i}]", size, *_SIZES, "m")
-    for i, coordinate in enumerate((x, y, z)):
-        check_number(f"{name}.position[{i}]", coordinate, -_SIZES[1], _SIZES[1], "m")
+    x, y, z = _check_bounded(f"{name}.position", part.position, (3,), -_SIZES[1], _SIZES[1], " m").tolist()
     sds = (check_number(f"{name}.{each}", getattr(part, each), 0.0, _SD_MAX) for each in _PART_SDS)
     return PartAppearance(check_colour(f"{name}.colour", part.colour), tuple(sizes.tolist()), (x, y, z), *sds)
 
@@ -228,24 +261,113 @@ def _list_values(part: PartAppearance) -> dict[str, float | list[float]]:
 
 def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
     """Checks a geometry, and returns a read-only copy."""
-    Phi = _check_bounded("geometry.Phi", geometry.Phi, (NUM_PARAMETERS, num_parts), _MOMENT_MAX)
-    for i, volume in enumerate(Phi[0]):
-        check_number(f"geometry.Phi[0][{i}]", volume, _VOLUME_MIN, _MOMENT_MAX, "m^3")
-    shape = (None, NUM_PARAMETERS, num_parts)
-    return Geometry(Phi, _check_bounded("geometry.Phi_errors", geometry.Phi_errors, shape, _MOMENT_MAX))
+    shape = (NUM_PARAMETERS, num_parts)
+    Phi = _check_bounded("geometry.Phi", geometry.Phi, shape, -_MOMENT_MAX, _MOMENT_MAX)
+    _check_bounded("geometry.Phi[0]", Phi[0], (num_parts,), _VOLUME_MIN, _MOMENT_MAX, " m^3")
+    errors = _check_bounded("geometry.Phi_errors", geometry.Phi_errors, (None, *shape), -_MOMENT_MAX, _MOMENT_MAX)
+    return Geometry(Phi, errors)
 
 
-def _check_bounded(name: str, values: Array, shape: Sequence[int | None], most: float) -> Array:
-    """Checks that no number in an array has a larger magnitude than ``most``; returns a read-only copy."""
+def _check_bounded(
+    name: str, values: ArrayLike, shape: Sequence[int | None], low: float, high: float, unit: str = ""
+) -> Array:
+    """Checks that all numbers in an array are within bounds; returns a read-only copy."""
     array = check_array(name, values, shape).copy()
-    if np.abs(array).max(initial=0.0) > most:
-        place = np.argwhere(np.abs(array) > most)[0]
+    for place in np.argwhere((array < low) | (array > high))[:1]:
         where = "".join(f"[{each}]" for each in place)
-        raise BadArgumentError(
-            f"{name}{where}", "", f"is {array[tuple(place)]:g}, must be from {-most:g} to {most:g}"
-        )
+        problem = f"is {array[tuple(place)]:g}, must be from {low:g} to {high:g}{unit}"
+        raise BadArgumentError(f"{name}{where}", "", problem)
     array.setflags(write=False)
     return array
+
+
+class _PartEntry(DataModel):
+    """Part of an object in a record."""
+
+    colour: list[float]
+    sizes: list[float]
+    position: list[float]
+    colour_sd: float = 0.0
+    size_sd: float = 0.0
+    position_sd: float = 0.0
+    lightness_sd: float = 0.0
+
+
+class _TrialEntry(DataModel):
+    """Record of a trial in a ledger or a file."""
+
+    id: str
+    time: str
+    robot: str
+    fingerprint: str
+    object: str
+    parts: list[_PartEntry]
+    Phi: list[list[float]]
+    Phi_errors: list[list[list[float]]]
+    model: dict[str, str | bool | float]
+    features: list[float]
+    num_samples: int
+    num_joints: int
+    log_evidence: float
+    p_value: float
+    source: str
+    source_hash: str
+    program: str
+    digest: str
+
+    def build(self) -> TrialEvidence:
+        """Builds the evidence.
+
+        Raises:
+            BadArgumentError: If values are invalid, or the id or digest does not match the content.
+        """
+        numbers = dict(self.model)
+        name = numbers.pop("name", "")
+        if name not in FELT_MODELS:
+            raise BadArgumentError("model.name", "", describe_choice(name, FELT_MODELS))
+        try:
+            model = FELT_MODELS[str(name)](**numbers)
+        except TypeError as error:
+            raise BadArgumentError("model", "", f"does not fit {name}: {error}") from error
+        size = len(self.parts)
+        errors = np.zeros((0, NUM_PARAMETERS, size))
+        if self.Phi_errors:
+            errors = check_array("geometry.Phi_errors", self.Phi_errors, (None, NUM_PARAMETERS, size))
+        trial = TrialEvidence(
+            object_name=self.object,
+            parts=tuple(PartAppearance(**vars(part)) for part in self.parts),
+            geometry=Geometry(check_array("geometry.Phi", self.Phi, (NUM_PARAMETERS, size)), errors),
+            model=model,
+            features=np.array(self.features),
+            robot=self.robot,
+            fingerprint=self.fingerprint,
+            time=self.time,
+            **{name: getattr(self, name) for name in PLAIN},
+        )
+        if trial.id != self.id:
+            raise BadArgumentError("id", "", f"is {self.id!r}, must be {trial.id!r}, the digest of the content")
+        if trial.digest != self.digest:
+            problem = f"is {self.digest!r}, must be {trial.digest!r}, the digest of the record, which was changed"
+            raise BadArgumentError("digest", "", problem)
+        return trial
+
+
+def read_record(path: Path, key: str, text: str) -> TrialEvidence:
+    """Reads a record from its JSON text.
+
+    Raises:
+        BadValueError: If the record is invalid; the message names the file or database, and the key.
+    """
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise BadValueError(path, key, f"is not JSON: {error}") from error
+    entry = check_content(path, key, content, _TrialEntry)
+    try:
+        return entry.build()
+    except BadArgumentError as error:
+        where = ".".join(each for each in (key, str(error.source), error.key) if each)
+        raise BadValueError(path, where, error.problem) from error
 
 
 def show_time(moment: datetime) -> str:

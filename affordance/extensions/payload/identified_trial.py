@@ -7,10 +7,8 @@ import numpy as np
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadArgumentError, show_text
-from affordance.extensions.memory.felt_models import PayloadQuadratic, pack
 from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.memory.same_colours import SameColours
-from affordance.extensions.memory.trial_evidence import TrialEvidence
+from affordance.extensions.memory.trial_evidence import PayloadQuadratic, TrialEvidence, pack
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.run import Run
@@ -53,21 +51,14 @@ def build_identified_trial(
     )
 
 
-def teach(
-    place: str,
-    trial: TrialEvidence,
-    prior: Prior,
-    *,
-    same_colours: SameColours = (),
-) -> tuple[MaterialMemory, bool]:
+def teach(place: str, trial: TrialEvidence, prior: Prior) -> tuple[MaterialMemory, bool]:
     """Adds a trial to a lasting memory; returns the resulting belief, and True if the trial was new.
 
     Args:
         place: Path of the memory that learns.
         trial: Evidence of the run.
         prior: Prior of materials that were never felt.
-        same_colours: Pairs of colours to treat as one; the second of each is read as the first.
     """
     with open_memory(place) as ledger:
         is_new = ledger.append([trial]) > 0
-        return ledger.recall(prior=prior, same_colours=same_colours), is_new
+        return ledger.recall(prior=prior), is_new

@@ -5,8 +5,7 @@ from helpers.answers import answer
 from helpers.refusals import refuse_command
 
 from affordance import MODELS
-from affordance.extensions.memory.exchange import read_trials
-from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.ledger import import_trials, open_memory
 
 TOOLS = MODELS / "workshop" / "tools.yaml"
 
@@ -16,7 +15,7 @@ def memory(tmp_path_factory):
     """Memory of the trials that come with the package."""
     place = tmp_path_factory.mktemp("memory") / "memory.sqlite"
     with open_memory(place) as ledger:
-        ledger.append(read_trials(MODELS / "demo" / "trials.jsonl"))
+        ledger.append(import_trials(MODELS / "demo" / "trials.jsonl"))
     return place
 
 

@@ -155,15 +155,13 @@ def test_object_that_the_arm_cannot_hold_is_worth_nothing(tmp_path):
 
 def test_colours_that_count_as_one_are_doubted_together(tmp_path):
     """Doubts about things at odds are the same, whether one colour or two that count as one show their material."""
-    said = []
     for name, second in (("one", "#b07a45"), ("two", "#305a95")):
         place = write_known(tmp_path / f"{name}.sqlite", {"cast_steel": 7800.0}, things=1)
         write_known(place, {"#b07a45": 563.0}, name="plank", things=1)
         write_known(place, {second: 7200.0}, name="other plank", things=1)
-        same = ["--same-colour", "#b07a45=#305a95"] if name == "two" else []
-        said.append(answer(*ANY, "--memory", place, "--json", *same).content)
-    one, two = said
-    apart = answer(*ANY, "--memory", place, "--json").content
+    one, apart = (answer(*ANY, "--memory", tmp_path / f"{name}.sqlite", "--json").content for name in ("one", "two"))
+    answer("memory", "join", place, "#b07a45=#305a95")
+    two = answer(*ANY, "--memory", place, "--json").content
     assert two["rests_on"] == one["rests_on"]
     assert two["decisions"] == one["decisions"] != apart["decisions"]
 

@@ -222,10 +222,6 @@ KINDS = "hammer, reach, mash, carry, hold"
         ("reach --max-grip-force -3", "--max-grip-force: is -3.0, must be from 0.001 to 100000 N"),
         ("reach --max-grip-moment 1e9", "--max-grip-moment: is 1000000000.0, must be from 0.001 to 10000 N m"),
         ("reach --memory nowhere.sqlite", "nowhere.sqlite: does not exist"),
-        (
-            "reach --same-colour #b07a45=#305a95",
-            "--same-colour: applies to remembered colours, must be given with --memory",
-        ),
         ("reach --tools nowhere.yaml", "nowhere.yaml: cannot be read"),
         ("reach --tip right_tool", "--tip: applies to a robot's file only, which --robot must name"),
         ("reach --set cost_measure=effort", "--set: cost_measure: has no effect here: --by says what is compared"),

@@ -5,14 +5,20 @@ import shutil
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 from helpers.answers import answer
 from helpers.refusals import refuse_command
-from helpers.trials import WOOD, hold, hold_workshop
+from helpers.trials import STEEL, WOOD, hold, hold_workshop
 
-from affordance.extensions.memory.exchange import export_trials
-from affordance.extensions.memory.ledger import open_memory
+from affordance.belief.density_belief import Prior
+from affordance.commands.memory.memory import draw_memory, list_weighed_trials
+from affordance.extensions.memory.ledger import export_trials, open_memory
+from affordance.extensions.memory.summary import ExperienceSummary, KnownMaterial, KnownThing, MemorySummary
+from affordance.objects.colour import show_colour
+from affordance.objects.load import load_tools
 
 
 @pytest.fixture
@@ -87,12 +93,11 @@ def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
     (tmp_path / "bad.jsonl").write_text("[]")
     shutil.copy(memory, tmp_path / "bad.sqlite")
     with closing(sqlite3.connect(tmp_path / "bad.sqlite", autocommit=True)) as connection:
-        connection.execute("UPDATE trials SET content = 'nothing' WHERE object = 'hammer'")
+        connection.execute("UPDATE trials SET content = json_set(content, '$.p_value', 0.5) WHERE object = 'hammer'")
     for words in (
         ("memory", "import", tmp_path / "new.sqlite", tmp_path / "bad.jsonl"),
         ("memory", "merge", tmp_path / "new.sqlite", memory, tmp_path / "bad.jsonl"),
         ("memory", "merge", tmp_path / "new.sqlite", memory, tmp_path / "bad.sqlite"),
-        ("run", "vision", "--memory", f"sqlite:///{tmp_path / 'new.sqlite'}", "--out", tmp_path / "out"),
         ("run", "vision", "--memory", tmp_path / "new.sqlite", "--out", tmp_path / "out"),
     ):
         answer(*words, status=2)
@@ -107,14 +112,10 @@ def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
         ("show workshop.sqlite more", "show: is given the file 'more', must be given none"),
         ("show workshop.sqlite --object bar", "--object: has no effect on show"),
         ("show workshop.sqlite --set noise.sd=1", "--set: noise.sd"),
-        ("show workshop.sqlite --same-colour red=blue", "--same-colour: is 'red=blue', must be two colours"),
+        ("join workshop.sqlite red=blue", "join: is 'red=blue', must be two colours"),
         (
-            "show workshop.sqlite --same-colour #b38050=#b07a45",
-            "workshop.sqlite: same colours: name #b07a45, which no part in the memory has; the nearest is #b2804c",
-        ),
-        (
-            "verify workshop.sqlite --same-colour #b38050=#b07a45",
-            "--same-colour: has no effect on verify, must be given with show only",
+            "join workshop.sqlite #b38050=#b07a45",
+            "workshop.sqlite: has no part of the second colour of #b38050=#b07a45; the nearest is #b2804c",
         ),
         ("forget workshop.sqlite", "forget: selects no trials, must be given --robot, --object"),
         ("forget workshop.sqlite --since noon", "since: is 'noon', must be a time"),
@@ -137,23 +138,109 @@ def test_mistake_is_refused_and_changes_nothing(memory, monkeypatch, words, said
     assert said in refuse_command("memory", *words.split())
 
 
-HEADER = '{"program": "visual-inertial-affordances", "schema": "2"}\n'
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "given: is empty, must be an exported memory"),
-        ("once upon a time", "given: is not an exported memory"),
-        ('{"program": "x", "schema": "99"}', "given: line 1: schema: is '99' of 'x', must be '2'"),
-        (
-            HEADER.replace("2", "1"),
-            "given: line 1: schema: is '1', must be '2': another version of the program wrote the memory",
-        ),
-        (HEADER + "{half\n", "given: line 2: is not JSON"),
+        ("once upon a time", "given: line 1: is not JSON"),
+        ("\n{half\n", "given: line 2: is not JSON"),
     ],
 )
 def test_file_that_is_no_memory_is_not_imported(memory, monkeypatch, text, said):
     monkeypatch.chdir(memory.parent)
     (memory.parent / "given").write_text(text)
     assert said in refuse_command("memory", "import", "workshop.sqlite", "given")
+
+
+def test_joined_colours_are_shown_and_can_be_separated(memory):
+    wood, steel = (show_colour(colour) for colour in (WOOD, STEEL))
+    said = f"{steel} is read as {wood}"
+    assert answer("memory", "join", memory, f"{wood}={steel}").lines == [f"{memory}: {said}"]
+    assert said in answer("memory", "show", memory).lines
+    assert len(answer("memory", "show", memory, "--json").content["materials"]) == 1
+    assert answer("memory", "join", memory, "--json").content == {"joins": {}}
+    assert len(answer("memory", "show", memory, "--json").content["materials"]) == 2
+
+
+_FELT = ExperienceSummary(3, ("arm",), "2026-01-01T00:00:00.000000Z")
+
+
+def test_a_memory_of_many_things_is_drawn_in_part():
+    materials = tuple(KnownMaterial((i / 300, 0.0, 0.0), 700.0, (600.0, 800.0), ("bar",), _FELT) for i in range(50))
+    things = tuple(KnownThing(f"bar {i}", 0.5, 0.1, (700.0,), _FELT) for i in range(3000))
+    names = {each.colour: "wood" for each in materials}
+    figure = draw_memory(MemorySummary(materials, things), names)
+    assert figure.get_size_inches()[1] < 40.0
+    of_materials, of_things = figure.axes
+    assert (of_materials.get_title(), of_things.get_title()) == ("", "the first 100; 2900 more are not drawn")
+    assert len(of_materials.get_yticks()) == 50
+    assert of_things.get_yticklabels()[-1].get_text() == "bar 99 (3)"
+
+
+TOOLS = """tools:
+  - name: club
+    mass: 1.2
+    mass_sd: 0.02
+    components:
+      - {cylinder: [0.02, 0.3], material: oak, mass: 0.28}
+      - {semi_axes: [0.03, 0.03, 0.03], position: [0, 0, 0.15], material: steel}
+"""
+
+
+def test_memory_learns_what_bayes_rule_says_of_masses(tmp_path: Path) -> None:
+    """Densities of both materials, given the mass of the whole and of a part, from the prior: normal, by hand."""
+    path = tmp_path / "club.yaml"
+    path.write_text(TOOLS)
+    (tool,) = load_tools(path)
+    handle, head = (part.shape.volume for part in tool.components)
+    with open_memory(tmp_path / "m.sqlite") as ledger:
+        assert ledger.append(list(list_weighed_trials([tool], path))) == 2
+        assert ledger.append(list(list_weighed_trials([tool], path))) == 0  # a weighing counts once
+        belief = ledger.recall().belief
+    prior = Prior()
+    # The whole and the part are two things, each with a deviation of its own from the means.
+    variances = [
+        0.02**2 + prior.deviation**2 * (handle**2 + head**2),
+        0.0028**2 + (prior.deviation * handle) ** 2,
+    ]
+    volumes = np.array([[handle, head], [handle, 0.0]])
+    precision = np.eye(2) / prior.sd**2 + volumes.T @ np.diag(1.0 / np.array(variances)) @ volumes
+    information = prior.mode / prior.sd**2 + volumes.T @ (np.array([1.2, 0.28]) / variances)
+    np.testing.assert_allclose(
+        np.sort(belief.untruncated_mean), np.sort(np.linalg.solve(precision, information)), rtol=0.02
+    )
+
+
+def test_command_teaches_weighings_to_a_memory(tmp_path: Path) -> None:
+    path = tmp_path / "club.yaml"
+    path.write_text(TOOLS)
+    place = str(tmp_path / "m.sqlite")
+    assert answer("memory", "weigh", place, path).lines == [f"{place}: 2 of 2 trials new, 2 in all"]
+    said = answer("memory", "show", place).out
+    assert "part 1 of club" in said
+    assert "a scale" in said
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "    mass: 1.2\n    mass_sd: 0.02\n",
+            "    mass_sd: 0.02\n",
+            "tools[0].mass_sd: is the standard deviation of a mass, which is missing",
+        ),
+        (", mass: 0.28", ", mass: 0", "mass: is 0, must be"),
+        (", mass: 0.28", ", mass: heavy", "mass: is 'heavy', must be"),
+    ],
+)
+def test_wrong_weighings_are_refused(tmp_path: Path, old: str, new: str, said: str) -> None:
+    path = tmp_path / "club.yaml"
+    path.write_text(TOOLS.replace(old, new))
+    assert said in answer("memory", "weigh", tmp_path / "m.sqlite", path, status=2).err
+    assert not (tmp_path / "m.sqlite").exists()
+
+
+def test_file_without_weighings_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "club.yaml"
+    path.write_text(TOOLS.replace(", mass: 0.28", "").replace("    mass: 1.2\n    mass_sd: 0.02\n", ""))
+    said = "has no weighing, must have the mass (kg) of a tool or of a part"
+    assert said in answer("memory", "weigh", tmp_path / "m.sqlite", path, status=2).err

@@ -364,10 +364,6 @@ def test_libraries_that_take_long_to_import_are_left_out(children):
         ("--object-name brush --object novel.yaml", "--object-name: is 'brush', must be"),
         ("--memory nowhere/memory.sqlite", "memory.sqlite: cannot be created: there is no folder"),
         (
-            "--memory new.sqlite --same-colour #b07a45=#305a95",
-            "--same-colour: applies to remembered colours, but new.sqlite does not exist",
-        ),
-        (
             "--set mpc.horizon=1",
             "--set: mpc.horizon: has no effect here: a seen object uses only the prior's settings",
         ),

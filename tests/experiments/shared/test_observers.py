@@ -18,7 +18,7 @@ from helpers.refusals import refuse
 from affordance.arrays import about
 from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.experiments.shared.observers import Setup, find_excursion, run_observers
-from affordance.extensions.memory.lasting_memory import remember_in
+from affordance.extensions.memory.simulated_trial import remember_in
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.runs.repeats import end_processes
 

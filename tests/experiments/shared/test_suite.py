@@ -16,8 +16,8 @@ from affordance.experiments.shared.experiment import Experiment
 from affordance.experiments.shared.observers import Setup
 from affordance.experiments.shared.results import Results
 from affordance.experiments.shared.suite import run_suite
-from affordance.extensions.memory.lasting_memory import remember_in
 from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.simulated_trial import remember_in
 from affordance.files.lacks import write_lacks
 from affordance.proprioception.faults import Faults
 

@@ -1,15 +1,20 @@
 """Sums of evidence, against inference from all unknowns at once, and against frequencies."""
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 import pytest
 from helpers.refusals import refuse
 from helpers.summed_trials import sum_trials
 from helpers.trials import BRASS, PLAIN, STEEL, TAU_ARM, WOOD, build_geometry, get_regressor, hold
 
-from affordance.belief.density_belief import Prior
+from affordance.belief.density_belief import EMPTY_BELIEF, Prior
 from affordance.extensions.memory import evidence_sums
-from affordance.extensions.memory.evidence_sums import find_material, measure_body
+from affordance.extensions.memory.evidence_sums import find_material, measure_bodies
+from affordance.extensions.memory.trial_evidence import BODY
 from affordance.objects.appearance import PartAppearance
+from affordance.proprioception.fixed_point import find_fixed_point
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 
 # Hardly restricted, so that the reference need not restrict it.
@@ -99,9 +104,25 @@ def test_beliefs_after_repeated_holds_are_as_wide_as_their_errors():
 
 def test_body_of_a_trial_does_not_depend_on_others():
     trial = hold("hammer", (WOOD, STEEL), (650.0, 7700.0), 3, model=WeberNoise())
-    found = measure_body(trial, (0, 1), PRIOR)
+    other = hold("bar", (STEEL, WOOD), (7700.0, 600.0), 4, model=WeberNoise())
+    (found,) = measure_bodies([trial], [(0, 1)], PRIOR)
     assert np.linalg.matrix_rank(found.precision) == 7
-    assert np.array_equal(found.precision, measure_body(trial, (4, 9), PRIOR).precision)
+    assert np.array_equal(found.precision, measure_bodies([other, trial], [(0, 1), (4, 9)], PRIOR)[1].precision)
+
+
+@pytest.mark.parametrize("model", [WeberNoise(), WeberNoise(independent_samples=True)])
+@pytest.mark.parametrize("num_errors", [0, 3])
+def test_trials_together_give_what_each_gives_alone(model, num_errors):
+    """Of each, errors are evaluated where the trial's own fixed point is."""
+    trials = [hold("hammer", (WOOD, STEEL), (650.0, 7700.0), i, model=model, num_errors=num_errors) for i in range(9)]
+    trials = [replace(trial, num_samples=1 + i) for i, trial in enumerate(trials)]
+    broad = EMPTY_BELIEF.extend(PRIOR, 2).add_object_variation(PRIOR.deviation)
+    for trial, found in zip(trials, measure_bodies(trials, [(0, 1)] * 9, PRIOR), strict=True):
+        likelihood = find_fixed_point(broad, partial(trial.compute_likelihood, trial.geometry))
+        rho = broad.condition(likelihood).untruncated_mean
+        wanted = trial.compute_likelihood(BODY, trial.geometry.Phi @ rho)
+        np.testing.assert_allclose(found.precision, wanted.precision, rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(found.information, wanted.information_vector, rtol=1e-9)
 
 
 def test_materials_are_found_by_colour():

@@ -5,17 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.summed_trials import sum_trials
+from helpers.trials import WOOD, hold
 
 from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.belief.memory_file import format_memory
+from affordance.experiments import weight
 from affordance.experiments.shared.observers import Setup
 from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.memory.simulated_trial import describe_trial
+from affordance.extensions.memory.simulated_trial import describe_trial, remember_in
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation.trial import TrialRunner
+from affordance.simulation.trial import Observer, TrialRunner
 
 _ROD, *_, _DECOY = load_tools(MODELS / "tools" / "weight.yaml")
 
@@ -61,3 +63,35 @@ def test_evidence_of_a_noise_model_of_ones_own_is_none():
 
 def test_evidence_of_nothing_felt_is_none():
     assert describe_trial(_hold(DEFAULT_SETTINGS)._replace(percept=None)) is None
+
+
+def test_observer_begins_with_what_is_remembered_and_a_seed_of_its_own(tmp_path):
+    place = tmp_path / "memory.sqlite"
+    novice = remember_in(Setup(observers=1, seed=4), place)
+    assert novice.seed == 4
+    assert novice.start_memory(0).colours == ()
+    with open_memory(place) as ledger:
+        ledger.append([hold("bar", (WOOD,), (600.0,), second) for second in range(3)])
+        known = ledger.recall()
+    begun = remember_in(Setup(observers=1, seed=4), place)
+    assert begun.seed == 7
+    assert begun.start_memory(0).colours == known.colours
+    assert begun.start_memory(0).belief.compute_mode() == pytest.approx(known.belief.compute_mode())
+    assert remember_in(Setup(observers=1, seed=2**32 - 1), place).seed == 2
+
+
+def test_each_trial_is_appended_when_it_is_over(tmp_path, monkeypatch):
+    monkeypatch.setattr(weight, "DURATION", 0.1)
+    place = tmp_path / "memory.sqlite"
+    setup = remember_in(Setup(observers=1), place)
+    tools = weight.read(setup)
+    lengths, hold_one = [], Observer.hold
+
+    def hold_noted(self, *arguments, **words):
+        with open_memory(place) as ledger:
+            lengths.append(len(ledger))
+        return hold_one(self, *arguments, **words)
+
+    monkeypatch.setattr(Observer, "hold", hold_noted)
+    weight.hold(setup, tools, 0)
+    assert lengths == [0, 1, 2, 3, 4]

@@ -18,8 +18,7 @@ from affordance.choice.ranking import rank
 from affordance.choice.reach import Reach
 from affordance.commands.payload import identify
 from affordance.exceptions import BadArgumentError
-from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.memory.past_arms import count_of
+from affordance.extensions.memory.ledger import count_of, open_memory
 from affordance.extensions.memory.simulated_trial import describe_trial
 from affordance.extensions.payload import identify as identification
 from affordance.extensions.robots import kept

@@ -15,7 +15,7 @@ from affordance.choice.weighed import Surprise
 from affordance.exceptions import name_gripped, name_object
 from affordance.extensions.advice.named_materials import NamedBelief
 from affordance.extensions.advice.reporting.advice_report import AdviceQuestion, list_turns, sum_shares
-from affordance.extensions.memory.past_arms import describe_past_arms
+from affordance.extensions.memory.ledger import describe_past_arms
 from affordance.reporting.formatting import format_known, format_number, tabulate_within
 
 # What the text mentions: a material with at least this share of the uncertainty, and a change of the choice with at
