@@ -324,14 +324,6 @@ class Ledger:
             raise BadValueError(self.place, "joins", f"names something that is no colour, {COLOUR_FORM}")
         return rows
 
-    def merge(self, other: "Ledger") -> int:
-        """Adds the trials of another ledger that this one does not have; returns their number.
-
-        Raises:
-            BadValueError: A database cannot be read or written, or a record is invalid; nothing was changed.
-        """
-        return self.append(other.list_trials())
-
     def verify(self) -> list[str]:
         """Checks the database and every record; returns one line per fault."""
         with self._reads():
