@@ -229,7 +229,8 @@ def _measure_felt(trials: Sequence[TrialEvidence], geometries: Sequence[Geometry
 
     def compute_variances(predicted: Array, rows: NDArray[np.intp]) -> Array:
         variances: Array = noise.threshold**2 + (noise.weber_fraction * predicted) ** 2
-        return variances / num_percepts[rows, None]
+        variances /= num_percepts[rows, None]
+        return variances
 
     def weigh(covariance: Array, regressor: Array, residual: Array) -> Likelihood:
         weighted = np.linalg.solve(covariance, np.concatenate([regressor, residual[..., None]], axis=-1))
