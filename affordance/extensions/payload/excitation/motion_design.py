@@ -11,7 +11,6 @@ from affordance.extensions.payload.excitation.expectation import Aim, Expectatio
 from affordance.extensions.payload.excitation.planned_motion import MotionFamily, list_times
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
 from affordance.extensions.payload.recording.preparation import PreparedRun
-from affordance.plant.serial_chain import ChainDynamics
 
 # Number of motions that are drawn, number of the best ones that are improved, and number of changes tried on each.
 # The result of a single start is often a fifth worse than the best of three.
@@ -21,9 +20,6 @@ _STEP, _LONGER, _SHORTER, _CHANGED = 0.5, 1.6, 0.9, 0.2
 _LEAST_STEP = 0.02
 _USED = 0.97  # share of each limit that may be used, as motions are compared at few samples
 _OUTPUT_RATE = 50.0  # [Hz]
-
-# Function of a motion and its dynamics that the search minimises.
-type Score = Callable[[PreparedRun, ChainDynamics], float]
 
 
 class MotionDesign(NamedTuple):
@@ -47,33 +43,14 @@ def design_motion(
     num_changes: int = NUM_CHANGES,
     seed: int = 0,
 ) -> tuple[MotionDesign, Spread]:
-    """Designs the motion after which the standard deviation of one quantity is predicted to be least; see ``search``.
+    """Designs the motion after which the standard deviation of one quantity is predicted to be least.
 
-    Returns: The motion, and the predicted standard deviations.
-    """
-    bodies = parameters_from_theta(expectation.bodies)
-
-    def score(motion: PreparedRun, dynamics: ChainDynamics) -> float:
-        return expectation.predict(motion, dynamics).get(aim)
-
-    design = search(score, family, bodies, num_draws=num_draws, num_changes=num_changes, seed=seed)
-    return design, expectation.predict(design.motion)
-
-
-def search(
-    score: Score,
-    family: MotionFamily,
-    bodies: Array,
-    *,
-    num_draws: int = NUM_DRAWS,
-    num_changes: int = NUM_CHANGES,
-    seed: int = 0,
-) -> MotionDesign:
-    """Searches for the motion with the least score that respects the limits with every body, shape (K, 10).
+    Returns: The motion, which respects the limits with every expected body, and the predicted standard deviations.
 
     Raises:
         NoMotionError: None of the random motions respects the limits.
     """
+    bodies = parameters_from_theta(expectation.bodies)
     rng = np.random.default_rng(seed)
     times = list_times(family.duration)
 
@@ -84,7 +61,7 @@ def search(
         dynamics = family.robot.compute_dynamics(*motion.motion)
         if family.limits.compute_excess(family.robot, motion, bodies, dynamics) > _USED:
             return np.inf
-        return score(motion, dynamics)
+        return expectation.predict(motion, dynamics).get(aim)
 
     drawn = [family.draw(rng) for _ in range(num_draws)]
     scores = np.array([judge(numbers) for numbers in drawn])
@@ -97,7 +74,7 @@ def search(
     best, least = min(improved, key=lambda each: each[1])
     motion = family.build(best, list_times(family.duration, _OUTPUT_RATE))
     assert motion is not None
-    return MotionDesign(motion, least, float(np.median(scores[kept])))
+    return MotionDesign(motion, least, float(np.median(scores[kept]))), expectation.predict(motion)
 
 
 def _improve(

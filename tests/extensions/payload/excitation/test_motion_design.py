@@ -5,7 +5,7 @@ import pytest
 
 from affordance.extensions.payload.excitation import motion_design
 from affordance.extensions.payload.excitation.expectation import Aim
-from affordance.extensions.payload.excitation.motion_design import NoMotionError, design_motion, search
+from affordance.extensions.payload.excitation.motion_design import NoMotionError, design_motion
 from affordance.extensions.payload.excitation.planned_motion import FourierFamily, PostureFamily
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
 
@@ -21,25 +21,6 @@ def test_designed_motion_shows_more_than_random_ones(expectation, limits):
     assert limits.compute_excess(expectation.robot, design.motion, bodies) <= 1.0
     again, _ = design_motion(expectation, family, Aim.MASS, **FEW)
     np.testing.assert_array_equal(again.motion.q, design.motion.q)
-
-
-def test_each_motion_is_followed_once_for_its_limits_and_its_score(expectation, limits, monkeypatch):
-    """Scores are those without shared dynamics, which are computed once a motion, beyond the check of its tip."""
-    family, bodies = FourierFamily(expectation.robot, limits, 4.0), parameters_from_theta(expectation.bodies)
-    calls, follow = [], type(expectation.robot)._follow_links
-    monkeypatch.setattr(
-        type(expectation.robot), "_follow_links", lambda self, *motion: calls.append(0) or follow(self, *motion)
-    )
-    scored = []
-
-    def score(motion, dynamics):
-        scored.append((motion, expectation.predict(motion, dynamics)))
-        return scored[-1][1].mass
-
-    search(score, family, bodies, num_draws=6, num_changes=0)
-    assert 6 < len(calls) <= 6 * 3
-    for motion, spread in scored:
-        assert spread == expectation.predict(motion)
 
 
 def test_the_best_few_are_changed_and_the_best_of_these_is_kept(expectation, limits, monkeypatch):
