@@ -12,8 +12,7 @@ from .exceptions import AffordanceError, BadArgumentError, BadValueError, ModelF
 from .experiments.shared.observers import Setup
 from .experiments.shared.suite import run_suite
 from .extensions.advice.expected_inertia import Expectation, expect
-from .extensions.advice.hold_advice import HoldAdvice
-from .extensions.advice.next_hold import advise_hold
+from .extensions.advice.next_hold import HoldAdvice, advise_hold
 from .extensions.memory.ledger import Ledger, Selection, open_memory
 from .extensions.memory.trial_evidence import TrialEvidence
 from .extensions.payload.evidence.gains import Gains, read_gains, write_gains

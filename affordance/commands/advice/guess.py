@@ -7,9 +7,8 @@ from affordance.commands import options
 from affordance.commands.advice.workbench import add_know, know_materials, recall_memory
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.extensions.advice.expected_inertia import expect
-from affordance.extensions.advice.reporting.advice_text import describe_knowledge, describe_surprise
-from affordance.extensions.advice.reporting.expectation_text import build_expectations, describe_expectations
+from affordance.extensions.advice.advice_text import describe_knowledge, describe_surprise
+from affordance.extensions.advice.expected_inertia import build_expectations, describe_expectations, expect
 from affordance.extensions.memory.ledger import count_of, describe_past_arms
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials

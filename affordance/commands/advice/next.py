@@ -24,13 +24,11 @@ from affordance.commands.advice.workbench import (
 from affordance.commands.options import give_answer, open_robot
 from affordance.commands.terminal import find_width
 from affordance.exceptions import AffordanceError, name_gripped, name_object
-from affordance.extensions.advice.expected_inertia import expect
-from affordance.extensions.advice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
-from affordance.extensions.advice.next_hold import Question, advise_hold
-from affordance.extensions.advice.reporting.advice_figure import draw_holds
-from affordance.extensions.advice.reporting.advice_text import describe_knowledge
-from affordance.extensions.advice.reporting.expectation_text import build_expectations, describe_expectations
-from affordance.extensions.advice.weighed_holds import learn_weighings
+from affordance.extensions.advice.advice_figure import draw_holds
+from affordance.extensions.advice.advice_text import describe_knowledge
+from affordance.extensions.advice.expected_inertia import build_expectations, describe_expectations, expect
+from affordance.extensions.advice.known_materials import learn_weighings
+from affordance.extensions.advice.next_hold import CERTAIN, HoldAdvice, OpenDecision, Question, advise_hold
 from affordance.extensions.memory.ledger import count_of, describe_past_arms, open_memory
 from affordance.extensions.memory.summary import recall_felt
 from affordance.files.model_folder import MODELS

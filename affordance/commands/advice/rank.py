@@ -27,11 +27,15 @@ from affordance.commands.options import change_by_name, give_answer, open_robot
 from affordance.commands.parser import OneLineParser
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
-from affordance.extensions.advice.expected_inertia import expect
+from affordance.extensions.advice.advice_text import (
+    AdviceQuestion,
+    build_content,
+    describe_advice,
+    describe_choice_of,
+    name_materials,
+)
+from affordance.extensions.advice.expected_inertia import build_expectations, describe_expectations, expect
 from affordance.extensions.advice.payload import measure_payload
-from affordance.extensions.advice.reporting.advice_report import AdviceQuestion, build_content, name_materials
-from affordance.extensions.advice.reporting.advice_text import describe_advice, describe_choice_of
-from affordance.extensions.advice.reporting.expectation_text import build_expectations, describe_expectations
 from affordance.extensions.memory.ledger import count_of, import_trials, open_memory
 from affordance.reporting.formatting import format_number, tabulate
 from affordance.robot import Robot
@@ -103,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     def draw() -> "Figure":
         # Imported here: these imports take most of a second, and runs without --out do not need them.
-        from affordance.extensions.advice.reporting.advice_figure import draw_advice, render_choice
+        from affordance.extensions.advice.advice_figure import draw_advice, render_choice
 
         pictures = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
         return draw_advice(ranking, content["sentence"], pictures)

@@ -21,7 +21,7 @@ from affordance.choice.ranking import Ranking, rank_draws
 from affordance.choice.tasks import is_any_still, load_task_file
 from affordance.commands import options
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
-from affordance.extensions.advice.named_materials import NamedBelief, know_by_name
+from affordance.extensions.advice.known_materials import NamedBelief, know_by_name
 from affordance.extensions.memory.ledger import open_memory
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS

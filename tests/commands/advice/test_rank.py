@@ -18,7 +18,7 @@ from affordance.commands import options, run
 from affordance.commands.advice import workbench
 from affordance.commands.watch import watch
 from affordance.exceptions import AffordanceError
-from affordance.extensions.advice.reporting import advice_figure
+from affordance.extensions.advice import advice_figure
 from affordance.extensions.memory.ledger import open_memory
 from affordance.extensions.pixels import seen_options
 from affordance.extensions.robots.importer import ImportOptions

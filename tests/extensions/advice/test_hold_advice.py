@@ -17,10 +17,9 @@ from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
 from affordance.extensions.advice import next_hold
-from affordance.extensions.advice.hold_advice import HoldAdvice, OpenDecision, RankedHold
 from affordance.extensions.advice.hold_samples import HoldSamples
 from affordance.extensions.advice.hold_worth import Decision, Outlook, PossibleHold
-from affordance.extensions.advice.next_hold import Question, advise_hold
+from affordance.extensions.advice.next_hold import HoldAdvice, OpenDecision, Question, RankedHold, advise_hold
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS
 

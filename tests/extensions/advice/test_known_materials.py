@@ -8,7 +8,7 @@ from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.exceptions import BadArgumentError
-from affordance.extensions.advice.named_materials import know_by_name
+from affordance.extensions.advice.known_materials import know_by_name
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool

@@ -1,4 +1,4 @@
-"""Belief about materials that are known by name: handbook densities, updated by what a memory has learned."""
+"""Beliefs about materials before anything is held: handbook densities of materials with a name, and weighings."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
@@ -6,13 +6,17 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.belief.colour_recognition import find_colour_index
+from affordance.belief.felt_object import FeltObject
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.prior import Prior
+from affordance.choice.options import Option
+from affordance.choice.weighed import WeighedObject, compute_likelihood
 from affordance.exceptions import BadArgumentError, describe_choice
 from affordance.objects.colour import Colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
+from affordance.vision.prediction import measure_geometry
 
 # Smallest standard deviation of a density that is known by name, [kg/m^3].
 _CERTAIN_SD = 1e-3
@@ -85,3 +89,43 @@ def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Materia
         precision[column, column] = 1.0 / variance - 1.0 / prior.sd**2
         information[column] = densities.mean() / variance - prior.mode / prior.sd**2
     return memory.condition(Likelihood(precision, information, 0.0))
+
+
+def learn_weighings(
+    memory: MaterialMemory,
+    objects: Mapping[str, Option],
+    prior: Prior,
+    felt: Mapping[str, FeltObject],
+) -> tuple[MaterialMemory, dict[str, FeltObject]]:
+    """Learns from the weighings of objects as from holding them; each object is given by one of its options.
+
+    Returns: The memory, and the evidence about each object that was held or weighed, by name.
+    """
+    found = dict(felt)
+    for name, option in objects.items():
+        if not option.weighings:
+            continue
+        columns = []
+        for part in option.features:
+            memory, column = memory.recognise(part.colour, part.colour_sd, prior, part.lightness_sd)
+            columns.append(column)
+        chosen = list(dict.fromkeys(columns))
+        own_columns = [chosen.index(column) for column in columns]
+        geometry = measure_geometry(option.features, range(len(columns)), len(columns))
+        weighed = WeighedObject(option.features, own_columns, geometry, option.weighings)
+        before = memory.belief.select(chosen).add_object_variation(prior.deviation)
+        own = compute_likelihood(weighed, np.maximum(before.untruncated_mean, 0.0))
+        colours = tuple(memory.colours[column] for column in chosen)
+        earlier = found.get(name)
+        if earlier is not None and set(earlier.colours) == set(colours):
+            held = earlier.own.select([earlier.colours.index(colour) for colour in colours])
+            news = own.marginalise_deviation(prior.deviation, held)
+            own = own.add(held)
+        else:
+            news = own.marginalise_deviation(prior.deviation)
+        appearance = tuple(part.appearance for part in option.features)
+        known = FeltObject.of(colours, own, prior, appearance)
+        assert known is not None  # because there is a likelihood
+        found[name] = known
+        memory = memory.condition(news.embed(chosen, memory.belief.size))
+    return memory, found
