@@ -149,7 +149,7 @@ def _see(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
         error, seed = bench.settings.vision_error, arguments.seed
         return [option for tool in bench.tools for option in list_options(tool, error, seed)]
     if arguments.see == "pictures":
-        from affordance.extensions.pixels.seen_options import list_seen_options  # imported here, as it loads OpenCV
+        from affordance.extensions.pixels.seen_tool import list_seen_options  # imported here, as it loads OpenCV
 
         return list_seen_options(bench.tools, arguments.seed)
     return list_drawn_options(bench.tools)

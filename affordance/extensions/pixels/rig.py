@@ -6,6 +6,8 @@ of the picture and its lowest point on the top. The setup has its own Diagram be
 hand takes the object (docs/decisions/0015-vision-from-pixels.md).
 """
 
+import gc
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -31,6 +33,8 @@ _STAND_SIZE = (1.6, 1.4, 0.02)
 # Drake draws an ellipsoid as a polyhedron with its corners on the surface, which is 0.13 % too small on average
 # (tests/extensions/pixels/test_rig.py); ellipsoids are enlarged by this factor to compensate.
 _FACETS = 1.0013
+# Diagrams form cycles of references, of some 3 MB each; every tenth picture, those of earlier ones are collected.
+_COLLECTED, _NUMBER = 10, itertools.count(1)
 
 
 class Lamp(NamedTuple):
@@ -157,4 +161,6 @@ def render_images(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[An
     diagram = build_rig_diagram(tool, rig)
     context = diagram.CreateDefaultContext()
     images: list[Any] = [diagram.GetOutputPort(name).Eval(context) for name in names]
+    if next(_NUMBER) % _COLLECTED == 0:
+        gc.collect()
     return [np.array(image.data) for image in images]

@@ -13,6 +13,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.choice.listed_options import list_grips
+from affordance.choice.options import Option
 from affordance.exceptions import SeeingError
 from affordance.extensions.pixels.camera_sensor import (
     UPRIGHT,
@@ -171,3 +173,21 @@ def _measure_gap(shape: Shape, X_TE: Array, p_TQ: Array) -> float:
     """Computes how far a point is outside a part's surface, seen from its centroid; negative inside, [m]."""
     p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
     return float(np.linalg.norm(p_EQ) - p_EQ @ shape.find_support(p_EQ) / np.linalg.norm(p_EQ))
+
+
+def list_seen_options(tools: Sequence[Tool], seed: int, stand: CameraSensor | None = None) -> list[Option]:
+    """Lists the options of tools as seen in pictures from six sides.
+
+    Args:
+        tools: Tools to be observed.
+        seed: Seed of the noise in pictures.
+        stand: Camera with a stand for the tools; None for the turntable that the process shares.
+
+    Raises:
+        SeeingError: No features can be extracted from the pictures.
+    """
+    options: list[Option] = []
+    for tool in tools:
+        rng = np.random.default_rng([seed, *tool.name.encode()])
+        options += list_grips(tool, observe_tool(tool, stand or get_turning_stand(), rng))
+    return options

@@ -20,7 +20,7 @@ from affordance.commands.watch import watch
 from affordance.exceptions import AffordanceError
 from affordance.extensions.advice import advice_figure
 from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.pixels import seen_options
+from affordance.extensions.pixels import seen_tool
 from affordance.extensions.robots.importer import ImportOptions
 from affordance.extensions.robots.kept import import_arm
 from affordance.files.model_folder import MODELS
@@ -136,7 +136,7 @@ def test_pictures_are_looked_at_when_they_are_asked_for(monkeypatch):
         looked.append((seed, [tool.name for tool in tools]))
         raise AffordanceError("seen enough")
 
-    monkeypatch.setattr(seen_options, "list_seen_options", see)
+    monkeypatch.setattr(seen_tool, "list_seen_options", see)
     answer(*ONE, "--see", "pictures", "--seed", 3, status=2)
     assert looked == [(3, ["machinist hammer"])]
 

@@ -12,17 +12,19 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib.figure import Figure
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import norm
 
 from affordance.arrays import about
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.listed_options import list_options
+from affordance.choice.listed_options import list_options, seed_observation
 from affordance.choice.ranking import Ranking, rank
 from affordance.choice.reach import Reach
 from affordance.control.task import check_start
@@ -32,17 +34,13 @@ from affordance.experiments.shared.experiment import Experiment
 from affordance.experiments.shared.objects import read_tools
 from affordance.experiments.shared.observers import Setup, run_observers
 from affordance.experiments.shared.results import Results
+from affordance.extensions.pixels.camera_figures import CameraView, draw_calibration, draw_camera_views
 from affordance.extensions.pixels.camera_sensor import get_camera_sensor
 from affordance.extensions.pixels.experiments.random_objects import MAX_PARTS, draw_numbered_object, take_picture
-from affordance.extensions.pixels.experiments.vision_drawings import (
-    draw_errors,
-    draw_pictures,
-    draw_uncommon,
-    save_picture,
-)
 from affordance.extensions.pixels.pipeline import Detection
 from affordance.extensions.pixels.pixel_eye import PIXELS
 from affordance.extensions.pixels.rig import build_rig_diagram
+from affordance.files.frames import save_frame
 from affordance.objects.colour import convert_to_lab
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Grip, Tool
@@ -323,6 +321,46 @@ def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
         for each in ranked
     ]
     return pd.DataFrame(rows).set_index("who")
+
+
+def draw_pictures(seed: int, numbered: Sequence[tuple[int, str]]) -> Figure:
+    """Draws the pictures of random objects, each with its number and a note."""
+    views = []
+    for number, note in numbered:
+        name, picture = f"object {number}", take_picture(seed, number)
+        try:
+            views.append(CameraView(name, picture, get_camera_sensor().detect_parts(picture), note))
+        except SeeingError:
+            views.append(CameraView(name, picture, None, note))
+    return draw_camera_views(views)
+
+
+def draw_uncommon(tools: Sequence[Tool], seed: int) -> Figure:
+    """Draws the pictures of the uncommon objects from which they are ranked."""
+    sensor = get_camera_sensor()
+    views = []
+    for tool in tools:
+        picture = sensor.take_image(tool, np.random.default_rng(seed_observation(tool, seed)))
+        views.append(CameraView(tool.name, picture, sensor.detect_parts(picture)))
+    return draw_camera_views(views)
+
+
+def draw_errors(data: xr.Dataset, count: int, targets: Mapping[str, float]) -> Figure:
+    """Draws the sizes of the errors of the first ``count`` objects, and all errors of mass over their stated SDs.
+
+    ``targets`` are the bounds of the median errors: of visible axes, the axis along the view, and mass.
+    """
+    errors = {}
+    for label, name in zip(targets, ("visible_error", "depth_error", "mass_error"), strict=True):
+        values = data[name].isel(object=slice(count)).values
+        errors[label] = np.abs(values[np.isfinite(values)])
+    claimed = data.mass_deviation.values
+    return draw_calibration(errors=errors, targets=targets, claimed=claimed[np.isfinite(claimed)])
+
+
+def save_picture(seed: int, number: int, reason: str, folder: Path) -> None:
+    """Saves the picture of an object that was not detected, or not detected correctly."""
+    save_frame(SeeingError(reason, *take_picture(seed, number)), folder / "frames", f"object_{number:05d}")
 
 
 EXPERIMENT = Experiment(run, read, no_memory="in which nothing is felt")
