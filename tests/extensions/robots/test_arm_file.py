@@ -7,7 +7,9 @@ import pytest
 from helpers.bench_arm import write_bench
 from helpers.mujoco_parity import compare_with_mujoco
 from helpers.refusals import refuse
+from matplotlib.figure import Figure
 
+from affordance.extensions.robots import report
 from affordance.extensions.robots.home import plant_arm
 from affordance.extensions.robots.importer import ImportOptions, extract_arm, read_arm
 from affordance.extensions.robots.kept import import_arm
@@ -16,6 +18,12 @@ from affordance.plant.arm_model import ArmModel
 
 LINKS = ("s", "u", "f", "w1", "w2", "w3")
 SAME = [(f'joint name="j_{name}"', f'joint name="{name}"') for name in LINKS]
+
+
+@pytest.fixture(autouse=True)
+def _without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leaves out the picture of the report, which takes longer than the import."""
+    monkeypatch.setattr(report, "draw_posture", lambda _: Figure())
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,11 @@ import pytest
 from helpers.changed_files import change_file
 from helpers.generated_runs import write_urdf
 from helpers.refusals import refuse
+from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 
 from affordance.exceptions import AffordanceError
+from affordance.extensions.robots import report
 from affordance.extensions.robots.importer import ImportOptions
 from affordance.extensions.robots.kept import import_arm
 from affordance.extensions.robots.recorded_arm import find_flange, find_imported_tip, load_robot
@@ -69,6 +71,12 @@ _TURNED = (
     "<link name='turned'/><joint name='turned_joint' type='fixed'><parent link='flange'/><child link='turned'/>"
     "<origin xyz='0.01 -0.02 0.03' rpy='0.3 -0.4 0.5'/></joint></robot>"
 )
+
+
+@pytest.fixture(autouse=True)
+def _without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leaves out the picture of the report, which takes longer than the import."""
+    monkeypatch.setattr(report, "draw_posture", lambda _: Figure())
 
 
 @pytest.fixture(scope="module")
