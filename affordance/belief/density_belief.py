@@ -223,7 +223,7 @@ EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))
 
 # Function that computes the likelihood of an object's densities. It takes the belief before the measurement, because
 # the size of errors that grow with torque depends on it.
-type FindLikelihood = Callable[[DensityBelief], Likelihood]
+type FindOneLikelihood = Callable[[DensityBelief], Likelihood]
 
 
 def show_density(density: float) -> str:

@@ -15,7 +15,13 @@ import numpy as np
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
-from affordance.belief.density_belief import EMPTY_BELIEF, Density, DensityBelief, FindLikelihood, summarise_density
+from affordance.belief.density_belief import (
+    EMPTY_BELIEF,
+    Density,
+    DensityBelief,
+    FindOneLikelihood,
+    summarise_density,
+)
 from affordance.belief.felt_object import AtHand, FeltObject, Thing
 from affordance.belief.learner import Groups, Learner, Seen, State, describe_prior
 from affordance.belief.learners import check_learner
@@ -225,7 +231,7 @@ class MaterialMemory:
         """Recalls the belief about this object or, if it was never lifted, about new objects of its colours.
 
         A learner decides whether an object's own lifts count for it: the paper's, with one density for each colour,
-        ignores them, so that it expects the same of all objects of a colour.
+        expects the same of all objects of a colour. When it learns, it still knows which lifts were of one object.
 
         The appearance is compared with that of every lifted object. The prior is that of materials never met.
         """
@@ -248,7 +254,7 @@ class MaterialMemory:
         felt = FeltObject.of(shown, None if own is None else own.take(0), prior, thing.appearance)
         return Recollection(memory, densities, thing.colours, tuple(map(thing.colours.index, columns)), felt)
 
-    def learn(self, find_likelihood: FindLikelihood, deviation: float) -> Lesson:
+    def learn(self, find_likelihood: FindOneLikelihood, deviation: float) -> Lesson:
         """Learns from a trial with the object recalled last.
 
         ``find_likelihood`` computes the likelihood of the object's densities from a belief about them; ``deviation``

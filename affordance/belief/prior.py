@@ -8,8 +8,6 @@ from affordance.objects.inertia import DENSITY_MAX
 
 # Far above any density, so that flat priors are allowed, [kg/m^3].
 _SD_MAX = 1e12
-# Density that converts an absolute deviation of earlier versions to a fraction: that of the objects of Linear+ and
-# Linear++, [kg/m^3].
 
 
 @dataclass(frozen=True)

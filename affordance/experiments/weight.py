@@ -3,7 +3,8 @@
 An observer, which is a simulated arm with a memory, holds brass rods in its outstretched hand, one after the other,
 from short to long. The last object is a decoy that looks like brass but weighs far less. The felt joint torques
 update the belief about the density of brass before the next object is seen. Expected: the arm drops less from rod to
-rod (figure 3), and lifts the decoy (figure 4).
+rod (figure 3), and lifts the decoy (figure 4). Observers differ only by the error of felt torque, which is drawn once
+for each joint and hold, so all of them drop the first rod alike.
 """
 
 from collections.abc import Mapping, Sequence
@@ -50,7 +51,7 @@ OBJECTS = "tools/weight.yaml"  # in models/, or in the folder that --robot names
 DURATION = 3.0  # of each hold, [s]
 QUARTILES = (0.25, 0.5, 0.75)
 # Numbers of `measure` that are predicted for every learner, and their meanings.
-PREDICTED = {"drop_m": "drop of each rod, m", "decoy_lift_m": "rise of the decoy, m"}
+PREDICTED = {"drop_m": "drop of each rod's centre, m", "decoy_lift_m": "rise of the decoy's centre, m"}
 
 
 def run(setup: Setup) -> Results:
@@ -71,8 +72,8 @@ def run(setup: Setup) -> Results:
             f" {tools[-1].components[0].material.name}, for {DURATION:g} s each."
         ),
         finding=(
-            f"With the first rod the hand sinks by {drop[0]:.1f} cm, with the last by {drop[-1]:.1f} cm; with the"
-            f" decoy it rises by {lift:.1f} cm."
+            f"The centre of the first rod sinks by {drop[0]:.1f} cm, that of the last by {drop[-1]:.1f} cm; that of the"
+            f" decoy rises by {lift:.1f} cm."
         ),
         data=add_motion(data, records_shown, setup.settings),
         numbers=numbers,
@@ -150,6 +151,9 @@ def read(setup: Setup) -> Sequence[Tool]:
 def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
     """Lets an observer hold the objects one by one, and learn from each before it sees the next.
 
+    The decoy looks like the last rod, so the memory takes it for a second lift of that rod; figure 3 leaves out the
+    belief after it.
+
     Args:
         setup: Seed, settings and models of the run.
         tools: Objects, in order.
@@ -159,12 +163,12 @@ def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[Mater
     """
     # The colour is known before anything is felt, so that "density" has a value before the first trial too.
     memory = setup.start_memory(observer).add_colours(list_colours(tools), setup.settings.prior)
-    hand = Observer(get_runner(setup.settings), memory, duration=DURATION)  # simulated arm with this memory
+    arm = Observer(get_runner(setup.settings), memory, duration=DURATION)  # simulated arm with this memory
     memories, records = [memory], []
     for trial, tool in enumerate(tools):
-        records.append(hand.hold(tool, seed=(setup.seed, observer, trial)))
+        records.append(arm.hold(tool, seed=(setup.seed, observer, trial)))
         setup.remember(records[-1])  # adds it to the file of --memory, if there is one
-        memories.append(hand.memory)  # after learning from the hold
+        memories.append(arm.memory)  # after learning from the hold
     return memories, records
 
 
@@ -187,7 +191,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
             "density_mode": (
                 "moment",
                 modes,
-                about("kg/m^3", "most probable density, which the controller uses"),
+                about("kg/m^3", "most probable density, with which the next object's mass is computed"),
             ),
             **describe_holds(tools, memories, records, setup.settings),
         },
@@ -208,7 +212,7 @@ def measure(data: xr.Dataset) -> dict[str, Measure]:
     """Computes each observer's numbers, and says how each is summarised over observers; the decoy comes last."""
     rods, decoy = select_rods(data), data.isel(trial=-1)
     low, middle, high = (rods.density.isel(quantile=k) for k in range(len(QUARTILES)))
-    drop = np.maximum(0.0, -rods.height.min("time"))
+    drop = np.maximum(0.0, -rods.height.min("time"))  # of the geometric centre; 0 if it only rises
     return {
         "density_p25": median(low),
         "density_median": median(middle),

@@ -37,7 +37,8 @@ class Material(CheckedFields):
         name: Key in the materials file.
         colour: Red, green and blue in [0, 1].
         density: Mean density of objects made of this material, [kg/m^3].
-        density_sd: Standard deviation between such objects, [kg/m^3].
+        density_sd: Standard deviation between such objects, [kg/m^3]. Simulations I to IV do not draw from it: their
+            objects have the mean, and learners assume ``Prior.deviation``.
         source: Source of the density.
 
     Example:

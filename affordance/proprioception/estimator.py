@@ -4,7 +4,11 @@ Within a trial, the estimator averages features of the torques sample by sample.
 from this average and the belief at the start of the trial, so the recursion is exact. The size of errors that grow
 with torque depends on the unknown densities: it is evaluated at the posterior mean, iterated to a fixed point. The
 object's own deviation from its materials' means is a nuisance parameter and is marginalised, so that an odd object
-updates the belief about a material by exactly as much as Bayes' rule prescribes.
+updates the belief about a material by exactly as much as Bayes' rule prescribes. However many samples a hold has, its
+average is one measurement.
+
+From torques to the memory: compute_posterior -> MaterialMemory.learn -> Learner.learn (OneDensity) -> find_likelihood
+-> find_fixed_point -> NoiseModel.compute_likelihood; at the end of a hold MaterialMemorySystem keeps the result.
 """
 
 from dataclasses import replace

@@ -117,6 +117,8 @@ class DensityEstimator(SampledSystem):
 class Proprioception(SampledSystem):
     """Joint sensor that adds noise to torques and accelerations; angles and velocities are exact.
 
+    By default (WeberNoise) an error of torque lasts a whole hold, so further samples do not average it out.
+
     The errors that last a trial, and the seed of the other errors, are parameters of the Context. If torques are
     delayed, those not yet delivered are the discrete state. A torque that did not arrive is NaN.
 

@@ -262,6 +262,7 @@ class TrialDiagram:
         simulator.AdvancePendingEvents()
         context = simulator.get_mutable_context()
         record = self._read_record(context, tool)
+        # The memory keeps the posterior (MaterialMemorySystem); the estimator's statistics begin anew.
         self.diagram.ExecuteForcedEvents(context, publish=False)
         return record._replace(memory=self.get_memory(context))
 

@@ -64,7 +64,7 @@ class MaterialMemorySystem(SampledSystem):
             ()
         )  # empty for all colours
         self.DeclareStateOutputPort("materials", index)
-        self.DeclareForcedUnrestrictedUpdateEvent(self._learn)
+        self.DeclareForcedUnrestrictedUpdateEvent(self._keep_posterior)
 
     def set_memory(self, context: Context, memory: MaterialMemory) -> None:
         """Sets the memory before a presentation."""
@@ -75,7 +75,7 @@ class MaterialMemorySystem(SampledSystem):
         value: Any = context.get_abstract_state(self._memory)
         return cast(MaterialMemory, value.get_value())
 
-    def _learn(self, context: Context, state: State) -> None:
+    def _keep_posterior(self, context: Context, state: State) -> None:
         memory = self.get_memory(context)
         if self._p_value.Eval(context)[0] >= self._least_p_value:
             memory = self._posterior.Eval(context).memory
