@@ -8,9 +8,6 @@ from xml.parsers import expat
 from affordance.exceptions import PROSE, BadValueError, find_hidden
 from affordance.files.bounded import read_bytes
 
-# Largest numbers of levels and elements: a chain of a hundred nested bodies, and about ten elements per body.
-_MOST_DEEP, _MOST_ELEMENTS = 200, 200_000
-
 
 def read_xml(path: Path, most: int) -> Element:
     """Reads an XML file of at most ``most`` bytes; errors are those of ``parse_xml``, or that it is larger."""
@@ -20,22 +17,15 @@ def read_xml(path: Path, most: int) -> Element:
 def parse_xml(path: Path, content: bytes) -> Element:
     """Parses XML from bytes; namespaces are prefixes, which need not be declared: ``drake:x`` becomes ``{drake}x``.
 
-    What is not XML, defines entities, or has too many elements raises a BadValueError, which names the line.
+    What is not XML or defines entities raises a BadValueError, which names the line.
     """
     parser, tree = expat.ParserCreate(), TreeBuilder()
     parser.buffer_text = True
-    depth = elements = 0
 
     def refuse(problem: str) -> BadValueError:
         return BadValueError(path, f"line {parser.CurrentLineNumber}", problem)
 
     def begin(tag: str, attributes: Mapping[str, str]) -> None:
-        nonlocal depth, elements
-        depth, elements = depth + 1, elements + 1
-        if depth > _MOST_DEEP:
-            raise refuse(f"is more than {_MOST_DEEP} elements deep")
-        if elements > _MOST_ELEMENTS:
-            raise refuse(f"has more than {_MOST_ELEMENTS} elements")
         for name, value in attributes.items():
             if hidden := find_hidden(value, PROSE):
                 raise refuse(f"has the attribute {name} with {hidden}")
@@ -43,8 +33,6 @@ def parse_xml(path: Path, content: bytes) -> Element:
         tree.start(_qualify(tag), kept)
 
     def end(tag: str) -> None:
-        nonlocal depth
-        depth -= 1
         tree.end(_qualify(tag))
 
     def declare(name: str, *_: object) -> None:

@@ -1,7 +1,7 @@
 """Promises of SECURITY.md: a stranger's file is refused in one line or harmless, and writes nothing elsewhere.
 
 Each file is given to the command that a user would give it to. Details are tested where they belong: tests/files,
-tests/objects, tests/robots, tests/memory, tests/identification/recording.
+tests/objects, tests/extensions.
 """
 
 import json
@@ -22,12 +22,9 @@ from helpers.trials import hold_workshop
 import affordance
 from affordance.cli import ShownFormatter
 from affordance.experiments import weight
-from affordance.extensions.memory import evidence_sums, ledger
+from affordance.extensions.memory import ledger
 from affordance.extensions.memory.ledger import open_memory
-from affordance.extensions.people.experiments import trial_cells, trials
-from affordance.extensions.robots import reader
-from affordance.files import bounded, xml_file
-from affordance.files.constraints import OneLine
+from affordance.files import bounded
 from affordance.plant.arm import name_robot
 
 PACKAGE = Path(affordance.__file__).parent
@@ -59,17 +56,14 @@ def change(old, new, text):
 TOOL_FILES = {
     "tags": ("a: !!python/object/apply:os.system ['touch owned']", "could not determine a constructor"),
     "deep": ("[" * 50_000, "is not YAML: maximum recursion depth exceeded"),
-    "digits": (change("0.05", "9" * 5000, PLAIN), "is not YAML: Exceeds the limit"),
     "calculation": (change("0.05", "9 ** 9 ** 9", PLAIN), "semi_axes[0]: is '9 ** 9 ** 9'"),
     "template": (change("thing", "{{ 7 * 7 }}", PLAIN), "is not YAML"),
     "escape sequences": (change("thing", '"\\e[2J"', PLAIN), "must be without the hidden character U+001B"),
-    "endless name": (change("thing", "m" * 500, PLAIN), "must have at most 200"),
     "nan": (change("0.05", ".nan", PLAIN), "semi_axes[0]: is nan"),
 }
 # Tools with a mesh, and messages that refuse them.
 MESHES = {
     "promises": ("a.ply", f"ply\nformat ascii 1.0\nelement vertex {10**12}\nend_header\n", f"promises {10**12}"),
-    "pieces": ("a.obj", "v 0 0 0\n" * 3 + "o a\nf 1 2 3\n" * 10_001, "has 10001 pieces"),
     "indices": ("a.obj", "v 0 0 0\nf 1 2 999999999999\n", "is no readable OBJ file"),
     "device": ("/dev/zero", "", "must be one of .obj, .ply, .stl"),
 }  # fmt: skip
@@ -86,12 +80,6 @@ ROBOTS = {
         change("<link", "<include><uri>package://drake_models/x.sdf</uri></include><link", SDF),
         "include: is not supported",
     ),
-    "deep": (
-        "a.urdf",
-        f"<robot>{'<link>' * 1000}{'</link>' * 1000}</robot>",
-        "line 1: is more than 200 elements deep",
-    ),
-    "links": ("a.urdf", f"<robot>{'<link/>' * 1001}</robot>", "has 1001 links and joints, must have at most 1000"),
 }
 # Files that `identify` reads, by option, and messages that refuse them.
 RECORDINGS = {
@@ -197,38 +185,26 @@ def test_hostile_recording_is_refused(tmp_path, refuse, case):
     assert "secret" not in said
 
 
-HIDDEN = ("\u202e", "\u200b", "\ue000")
-
-
-@pytest.mark.parametrize("hidden", HIDDEN)
 @pytest.mark.parametrize(
     "words",
     [
-        ("rank", "reach", "--tools", "tools.yaml"),
         ("rank", "reach", "--materials", "materials.yaml"),
         ("import-arm", "a.urdf", "--tip", "right_tool", "--out", "./out"),
-        ("import-arm", "a.sdf", "--tip", "right_tool", "--out", "./out"),
         ("memory", "import", "new.sqlite", "trials.jsonl"),
-        ("memory", "show", "memory.sqlite"),
-        ("memory", "merge", "new.sqlite", "memory.sqlite"),
     ],
 )
-def test_names_with_characters_that_are_not_seen_are_refused(tmp_path, refuse, words, hidden):
+def test_names_with_characters_that_are_not_seen_are_refused(tmp_path, refuse, words):
+    hidden = "\u202e"
     record = hold_workshop(1)[0].to_dict() | {"object": f"o{hidden}ak"}
     files = {
-        "tools.yaml": change("thing", f"th{hidden}ing", TOOLS.format("a.ply")),
         "materials.yaml": f"o{hidden}ak: {{density: 700, colour: '#b07a45'}}\n",
         "a.urdf": change("right_j2", f"right_{hidden}j2", build_urdf()),
-        "a.sdf": change("wrist", f"wr{hidden}ist", SDF),
         "trials.jsonl": json.dumps(record),
     }
     for name, text in files.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    with open_memory(tmp_path / "memory.sqlite") as ledger:
-        ledger.append(hold_workshop(1))
-        ledger._connection.execute("UPDATE trials SET content = ?", (json.dumps(record),))
     said = refuse(*(tmp_path / word if "." in word else word for word in words))
-    assert f"the hidden character U+{ord(hidden):04X}" in said
+    assert "the hidden character U+202E" in said
 
 
 def test_names_of_files_do_not_steer_the_terminal(tmp_path):
@@ -245,18 +221,6 @@ def test_names_of_files_do_not_steer_the_terminal(tmp_path):
     assert name_robot(tmp_path / "a\x1b[2J.urdf", "tool0") == "a\ufffd[2J-tool0"
     record = logging.LogRecord("", logging.WARNING, "", 0, "%s: is damaged", ("a\x1b[2J.ply",), None)
     assert ShownFormatter().format(record) == "a\ufffd[2J.ply: is damaged"
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("r" * 201, "name: has 201 characters, must have at most 200"),
-        ("a&#10;b", "name: is 'a\\nb', must be without the"),
-    ],
-)
-def test_names_of_links_and_joints_are_short_lines(tmp_path, refuse, name, problem):
-    (tmp_path / "a.urdf").write_text(change('"right_j2"', f'"{name}"', build_urdf()), encoding="utf-8")
-    assert problem in refuse("import-arm", tmp_path / "a.urdf", "--tip", "right_tool", "--out", tmp_path / "out")
 
 
 NAMES = ("<script>alert(1)</script>", '\\"><img src=x onerror=alert(1)>', "javascript:alert(1) | & ' -->")
@@ -306,35 +270,18 @@ def show_size(number):
 
 
 @pytest.mark.parametrize(
-    ("row", "wanted"),
+    ("row", "bound"),
     [
-        ("YAML", [show_size(bounded.SETTINGS)]),
-        ("payloads in JSON", [show_size(bounded.RESULTS)]),
-        (
-            "table of trials",
-            [
-                show_size(trial_cells._MOST_BYTES),
-                trial_cells._MOST_ROWS,
-                trial_cells._MOST_COLUMNS,
-                *(trials._MOST_TRIALS, trials._MOST_PRESENTED, trials._MOST_COLOURS),
-            ],
-        ),
-        ("trials to simulate (rows x repeats x learners)", [trials._MOST_LIFTS, 200_000, "2 GB"]),
-        ("memory", [show_size(ledger.LARGEST_FILE)]),
-        ("what a memory is about", [evidence_sums.MOST_MATERIALS, evidence_sums.MOST_LOOKS]),
-        (
-            "robot's file",
-            [show_size(bounded.ROBOT), xml_file._MOST_ELEMENTS, xml_file._MOST_DEEP, reader._MOST_BODIES],
-        ),
+        ("YAML", bounded.SETTINGS),
+        ("robot's file", bounded.ROBOT),
+        ("mesh (OBJ, PLY, STL; DAE of robots)", bounded.MESH),
+        ("recording (CSV, .npz, Parquet, bag)", bounded.RECORDING),
+        ("results, and payloads in JSON", bounded.RESULTS),
+        ("memory", ledger.LARGEST_FILE),
     ],
 )
-def test_bounds_on_the_page_are_those_of_the_program(row, wanted):
+def test_bounds_on_the_page_are_those_of_the_program(row, bound):
     (found,) = [line.split("|") for line in PAGE.splitlines() if line.startswith(f"| {row} |")]
-    numbers = re.findall(r"\d+(?: [MG]B)?", re.sub(r"(?<=\d) (?=\d{3})", "", found[2]))
-    assert numbers == [str(each) for each in wanted]
+    assert {*re.findall(r"\d+ [MG]B", found[2])} == {show_size(bound)}
     for place in re.findall("`(.*?)`", found[3]):
         assert (PACKAGE / place).is_file()
-
-
-def test_length_of_names_on_the_page_is_that_of_the_program():
-    assert f"is one line of at most {OneLine.longest} visible letters" in PAGE

@@ -14,8 +14,6 @@ from affordance.extensions.robots.xml_reader import read_xml
 from affordance.files.bounded import ROBOT, read_bytes
 
 _READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
-# Largest number of links and joints: a humanoid with hands has 150; Drake needs a minute for thousands in series.
-_BODIES, _MOST_BODIES = ("link", "body", "joint"), 1000
 # Found only in templates: xacro's elements, substitutions and expressions. What xacro has expanded may still declare
 # its namespace, and have expressions in comments.
 _TEMPLATE = re.compile(rb"</?xacro:|\$\{|\$\(")
@@ -51,8 +49,6 @@ def read_robot(
         root = read_xml(path, text.encode())
     if root.tag not in _READERS:
         raise BadValueError(path, "", f"begins with <{root.tag}>, must with <robot> (URDF), <sdf> or <mujoco> (MJCF)")
-    if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
-        raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")
     description = _READERS[root.tag](path, root)
     description.sources += sources
     return description
