@@ -10,13 +10,13 @@ from helpers.two_tools import HAMMER, REACH, STICK
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.carry import Keep
 from affordance.choice.demand import Criterion
-from affordance.choice.easing import explain_failure
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.motion_cost import Costs
 from affordance.choice.pricing import GRIP_LEVER, GripBounds, plan_options
 from affordance.choice.ranking import explain_choice, rank, rank_draws, rank_options
 from affordance.exceptions import AffordanceError, name_gripped
+from affordance.extensions.advice.easing import explain_failure
 from affordance.settings import Settings
 
 SETTINGS = Settings()

@@ -4,8 +4,6 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from matplotlib.figure import Figure
-
 from affordance.arguments import check_number
 from affordance.belief.felt_object import FeltObject
 from affordance.choice.listed_options import list_drawn_options
@@ -14,12 +12,14 @@ from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_options
 from affordance.commands.advice.workbench import (
     add_choice,
+    break_lines,
     check_choice,
     keep_strikers,
     know_materials,
     open_bench,
     rank_tools,
     see_tools,
+    tell_sources,
 )
 from affordance.commands.options import give_answer, open_robot
 from affordance.commands.terminal import find_width
@@ -29,15 +29,16 @@ from affordance.extensions.advice.advice_text import describe_knowledge
 from affordance.extensions.advice.expected_inertia import build_expectations, describe_expectations, expect
 from affordance.extensions.advice.known_materials import learn_weighings
 from affordance.extensions.advice.next_hold import CERTAIN, HoldAdvice, OpenDecision, Question, advise_hold
-from affordance.extensions.memory.ledger import count_of, describe_past_arms, open_memory
+from affordance.extensions.memory.ledger import describe_past_arms, open_memory
 from affordance.extensions.memory.summary import recall_felt
+from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
-from affordance.reporting.formatting import break_line, tabulate_within
+from affordance.reporting.formatting import tabulate_within
 from affordance.settings import Settings
 
-_USES_MAX, _PRICE_MAX = 1e9, 1e9
+_PRICE_MAX = 1e9
 _NAME = "next"
 # Columns to drop first if the table is too wide.
 _INFORMATION, _THEN = 2, 3
@@ -55,17 +56,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "objects that may be held first (default: the pieces of stock of the package)"
     add("--may-hold", type=Path, default=MODELS / "workshop" / "blanks.yaml", metavar="FILE", help=what)
     add("--include-tools", action="store_true", help="allow holding the tools themselves too")
-    add(
-        "--uses", type=float, default=1.0, metavar="N", help="number of times that each task will be done (default 1)"
-    )
-    what = "price of one hold, in the unit of the cost (default 0)"
+    what = "price of one hold, in the unit of the cost of doing each task once (default 0)"
     add("--price", type=float, default=0.0, metavar="COST", help=what)
     add_choice(parser, _NAME, samples=4000)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints what to hold next, and writes it with a picture to the folder of ``--out``."""
-    check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     bounds = check_choice(arguments, 100)
     robot = open_robot(arguments)
@@ -84,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     questions, remarks = list[Question](), list(bench.remarks)
     for name, task in tasks.items():
         usable, said = keep_strikers(options, task, arguments.tools)
-        questions.append(Question(name, plan_options(usable, task, settings), arguments.uses))
+        questions.append(Question(name, plan_options(usable, task, settings)))
         remarks += said
     advice = advise_hold(
         candidates,
@@ -102,47 +99,27 @@ def run(arguments: argparse.Namespace) -> int:
     if advice.stop and not any(each.is_usable for each in advice.decisions):
         # This raises an error that explains why no option is usable.
         rank_tools(arguments, bench, questions[0].choice, tasks[questions[0].name], bounds)
-    sentence = describe_stop(advice, arguments.uses)
-    num_past = count_of(robot, arguments.memory)
-    told = {
-        "known": list(named.by_name),
-        "learned": list(named.learned),
-        "unknown": list(named.unknown),
-        "rests_on": advice.rests_on,
-        "trials_of_other_arms": num_past,
-        "sentence": sentence,
-    }
     expected = [expect(tool, memory, settings) for tool in candidates]
-    content = {**advice._asdict(), **told, "expected": build_expectations(expected)}
-    cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
-    cautions += [f"warning: {each}" for each in remarks]
-    knowledge = f"materials: {describe_knowledge(named, Path(arguments.memory).name if arguments.memory else '')}"
+    content = {
+        **to_plain(advice),
+        **tell_sources(arguments, robot, named),
+        "rests_on": list(advice.rests_on),
+        "sentence": describe_stop(advice),
+        "expected": build_expectations(expected),
+    }
     width = find_width()
-    held = describe_holds(advice, arguments.uses, width)
-    lines = [sentence, *cautions, *held, *describe_expectations(expected, width), knowledge]
-    text = "\n".join(part for line in lines for part in break_line(line, width))
-
-    def draw() -> Figure:
-        return draw_holds(
-            [each.name for each in advice.ranked],
-            [(each.worth, each.worth_se) for each in advice.ranked],
-            [
-                (task.name, task.p_best, [each.p_best_after[k] for each in advice.ranked])
-                for k, task in enumerate(advice.decisions)
-            ],
-            label=_label_worth(advice, arguments.uses),
-            title=sentence,
-        )
-
-    give_answer(arguments, _NAME, text, content, draw)
+    lines = [content["sentence"], describe_past_arms(robot.name, content["trials_of_other_arms"])]
+    lines += [*(f"warning: {each}" for each in remarks), *describe_holds(advice, width)]
+    lines += describe_expectations(content["expected"], width)
+    lines.append(f"materials: {describe_knowledge(content)}")
+    give_answer(arguments, _NAME, break_lines(lines, width), content, lambda: draw_holds(content))
     return 0
 
 
-def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]:
-    """Formats the current choices, the objects that may be held, and both stopping rules."""
-    unit = advice.unit
-    lines = [f"{each.name}: {_describe_decision(each, unit)}" for each in advice.decisions]
-    rows = [["", _label_worth(advice, uses), "information (nat)", "P(best) after"]]
+def describe_holds(advice: HoldAdvice, width: int = 0) -> list[str]:
+    """Formats the current choices, and the objects that may be held."""
+    lines = [f"{each.name}: {_describe_decision(each, advice.unit)}" for each in advice.decisions]
+    rows = [["", f"worth ({advice.unit})", "information (nat)", "P(best) after"]]
     for each in advice.ranked:
         then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
         worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
@@ -151,8 +128,6 @@ def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]
     for each in advice.ranked:
         if each.p_held < _SURELY:
             lines.append(f"The arm can hold {name_object(each.name)} with probability {each.p_held:.2f}.")
-    certain, worthwhile = ("yes" if each else "no" for each in (advice.is_certain, not advice.is_below_price))
-    lines.append(f"All choices certain? {certain}. Any hold worth its price? {worthwhile}.")
     return lines
 
 
@@ -171,12 +146,7 @@ def _describe_decision(decision: OpenDecision, unit: str) -> str:
     )
 
 
-def _label_worth(advice: HoldAdvice, uses: float) -> str:
-    times = "per use of each" if uses == 1.0 else f"for {uses:g} uses of each"
-    return f"worth {times} ({advice.unit})"
-
-
-def describe_stop(advice: HoldAdvice, uses: float) -> str:
+def describe_stop(advice: HoldAdvice) -> str:
     """Describes what to hold next, or why to stop."""
     first, unit = advice.ranked[0], advice.unit
     rests = ", and ".join(_describe_support(each) for each in advice.decisions if each.rests_on)
@@ -195,12 +165,10 @@ def describe_stop(advice: HoldAdvice, uses: float) -> str:
         return f"Nothing here is worth holding: {left}.{found}"
     if advice.pair is not None:
         one, other = (name_object(each) for each in advice.pair)
-        head = (
-            f"Hold {one} and then {other}: worth {advice.pair_worth / uses:.3g} {unit} per use together, little alone"
-        )
+        head = f"Hold {one} and then {other}: worth {advice.pair_worth:.3g} {unit} together, little alone"
         later = advice.plan[2:]
     else:
-        worth = f"worth {first.worth / uses:.3g} ± {first.worth_se / uses:.1g} {unit} per use"
+        worth = f"worth {first.worth:.3g} ± {first.worth_se:.1g} {unit}"
         head, later = f"Hold {name_object(first.name)}: {worth}", advice.plan[1:]
     if later:
         head += f"; then {name_object(later[0])}"

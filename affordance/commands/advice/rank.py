@@ -13,6 +13,7 @@ from affordance.choice.pricing import plan_options
 from affordance.choice.ranking import explain_choice
 from affordance.commands.advice.workbench import (
     add_choice,
+    break_lines,
     check_choice,
     keep_strikers,
     keep_unlike,
@@ -21,22 +22,18 @@ from affordance.commands.advice.workbench import (
     rank_tools,
     read_tasks,
     see_tools,
+    tell_sources,
 )
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import change_by_name, give_answer, open_robot
 from affordance.commands.parser import OneLineParser
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
-from affordance.extensions.advice.advice_text import (
-    AdviceQuestion,
-    build_content,
-    describe_advice,
-    describe_choice_of,
-    name_materials,
-)
+from affordance.extensions.advice.advice_text import build_content, describe_advice, name_materials
 from affordance.extensions.advice.expected_inertia import build_expectations, describe_expectations, expect
 from affordance.extensions.advice.payload import measure_payload
-from affordance.extensions.memory.ledger import count_of, import_trials, open_memory
+from affordance.extensions.memory.ledger import import_trials, open_memory
+from affordance.files.atomic import to_plain
 from affordance.reporting.formatting import format_number, tabulate
 from affordance.robot import Robot
 from affordance.settings import Settings
@@ -87,32 +84,27 @@ def run(arguments: argparse.Namespace) -> int:
     ranking, draws = rank_tools(arguments, bench, choice, task, bounds)
     seen = {option.object_name: option.features for option in choice.options}
     expected = [expect(tool, bench.memory, settings, seen.get(tool.name)) for tool in tools]
-    question = AdviceQuestion(
-        name,
-        robot.name,
-        arguments.see,
-        Path(arguments.memory).name if arguments.memory else "",
-        named,
-        name_materials(tools, materials),
-        count_of(robot, arguments.memory),
-        explain_choice(ranking, draws, choice.options),
-        draws.surprises,
-        (*bench.remarks, *remarks),
-        alike,
-    )
-    content = build_content(ranking, question, describe_choice_of(ranking, question))
-    content["expected"] = build_expectations(expected)
+    reasons = explain_choice(ranking, draws, choice.options)
+    content = {
+        "task": name,
+        "robot": robot.name,
+        "see": arguments.see,
+        **tell_sources(arguments, robot, named),
+        "surprises": to_plain(draws.surprises),
+        "remarks": [*bench.remarks, *remarks],
+        **build_content(ranking, reasons, name_materials(tools, materials), alike),
+        "expected": build_expectations(expected),
+    }
     width = find_width()
-    text = "\n".join([describe_advice(ranking, question, width), *describe_expectations(expected, width)])
+    lines = [*describe_advice(content, width), *describe_expectations(content["expected"], width)]
 
     def draw() -> "Figure":
         # Imported here: these imports take most of a second, and runs without --out do not need them.
         from affordance.extensions.advice.advice_figure import draw_advice, render_choice
 
-        pictures = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
-        return draw_advice(ranking, content["sentence"], pictures)
+        return draw_advice(content, render_choice(settings.arm, ranking, {tool.name: tool for tool in tools}))
 
-    give_answer(arguments, _NAME, text, content, draw)
+    give_answer(arguments, _NAME, break_lines(lines, width), content, draw)
     return 0
 
 
@@ -124,34 +116,27 @@ def _answer_payload(arguments: argparse.Namespace, robot: Robot, names: Sequence
     ((name, task),) = read_tasks(names, arguments.files, robot).items()
     settings = change_by_name(arguments, Settings(arm=robot.directives))
     demand = measure_payload(task, mass, np.array(arguments.payload_at), settings)
+    limited = [each for each in demand["joints"] if np.isfinite(each["limit"])]
+    least = min(limited or demand["joints"], key=lambda each: each["margin"] / each["limit"])
+    verdict = "fits" if least["margin"] >= 0.0 else "is too heavy"
     place = " ".join(f"{each:g}" for each in arguments.payload_at)
-    least = min(demand.joints, key=lambda each: each.margin / each.limit if np.isfinite(each.limit) else np.inf)
+    needed, limit = (format_number(least[key]) for key in ("needed", "limit"))
     sentence = (
-        f"{format_number(mass)} kg at ({place}) m in the hand {'fits' if least.margin >= 0.0 else 'is too heavy'}: "
-        f"{least.joint} needs {format_number(least.needed)} N m of {format_number(least.limit)} N m at most."
+        f"{format_number(mass)} kg at ({place}) m in the hand {verdict}: "
+        f"{least['joint']} needs {needed} N m of {limit} N m at most."
     )
     rows = [["", "needs (N m)", "limit (N m)", "left (N m)"]]
-    rows += [
-        [each.joint, *(f"{value:.2f}" for value in (each.needed, each.limit, each.margin))]
-        if np.isfinite(each.limit)
-        else [each.joint, "", "none", ""]
-        for each in demand.joints
-    ]
+    for each in demand["joints"]:
+        values = [f"{each[key]:.2f}" for key in ("needed", "limit", "margin")]
+        rows.append([each["joint"], *(values if each in limited else ["", "none", ""])])
     lines = [sentence, f"{name} with {robot.name}, including the arm's own weight and motion:"]
-    width = max(find_width() - 2, 0)
-    lines += [f"  {line}" for line in tabulate(rows, (1, 2, 3), width)]
-    lines.append(f"  at the grip: {format_number(demand.force)} N, {format_number(demand.moment)} N m")
-    content = {
-        "task": name,
-        "robot": robot.name,
-        "payload": {"mass": mass, "position": list(arguments.payload_at)},
-        "joints": [{**each._asdict(), "margin": each.margin} for each in demand.joints],
-        "grip_force": demand.force,
-        "grip_moment": demand.moment,
-        "sentence": sentence,
-    }
+    lines += [f"  {line}" for line in tabulate(rows, (1, 2, 3), max(find_width() - 2, 0))]
+    force, moment = (format_number(demand[key]) for key in ("grip_force", "grip_moment"))
+    lines.append(f"  at the grip: {force} N, {moment} N m")
+    payload = {"mass": mass, "position": list(arguments.payload_at)}
+    content = {"task": name, "robot": robot.name, "payload": payload, **demand, "sentence": sentence}
     give_answer(arguments, _NAME, "\n".join(lines), content)
-    return 0 if least.margin >= 0.0 else _TOO_HEAVY
+    return 0 if least["margin"] >= 0.0 else _TOO_HEAVY
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,28 +11,27 @@ from affordance.arguments import check_number, check_whole
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.prior import Prior
 from affordance.choice.demand import Criterion
-from affordance.choice.easing import explain_failure
 from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
-from affordance.choice.listed_options import list_drawn_options, list_options
+from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.options import Option, add_weighings
 from affordance.choice.pricing import GripBounds
 from affordance.choice.ranking import Ranking, rank_draws
 from affordance.choice.tasks import is_any_still, load_task_file
 from affordance.commands import options
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.extensions.advice.easing import explain_failure
 from affordance.extensions.advice.known_materials import NamedBelief, know_by_name
-from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.ledger import count_of, open_memory
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool, find_alike_grips
+from affordance.reporting.formatting import break_line
 from affordance.robot import Robot
 from affordance.settings import Settings
 
-# Sources of the tools' shapes.
-_SIGHTS = ("drawing", "features", "pictures")
 # Value of ``--know`` that means no material.
 _NOTHING = "nothing"
 # Bounds of what a gripper can hold, [N] and [N m]; a larger value must be in the wrong unit.
@@ -59,8 +58,8 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     add = parser.add_argument
     what = "file of a task, in place of a task of the robot; next takes several, in addition to tasks of the robot"
     add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
-    what = "how the shape of tools is known; features are sizes with errors (vision_error)"
-    add("--see", choices=_SIGHTS, default=_SIGHTS[0], help=what)
+    what = "how the shape of tools is known: as drawn, or from rendered pictures"
+    add("--see", choices=("drawing", "pictures"), default="drawing", help=what)
     add(
         "--by",
         choices=[each.value for each in Criterion],
@@ -76,10 +75,7 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     what = "tools file with grips, or an object's URDF (default: tools of the package)"
     add("--tools", type=Path, default=tools, metavar="FILE", help=what)
     add("--only", action="append", default=[], metavar="NAME", help="only the tool of this name; may be repeated")
-    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the tools file)")
-    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
-    add_know(parser)
-    add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
+    add_knowledge(parser)
     options.add_answer(parser, f"{files}.json, .txt, .png and .svg")
     options.add_robot(parser)
     options.add_seed(parser)
@@ -87,20 +83,28 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     options.add_learner(parser)
 
 
-def add_know(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--know``, which names the materials whose handbook density is known."""
+def add_knowledge(parser: argparse.ArgumentParser) -> None:
+    """Adds the options that say what is known about materials: their file, handbook densities and a memory."""
+    add = parser.add_argument
+    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     what = (
         "materials whose handbook density is known: NAME,NAME,... or the word nothing (default: all that tools name)"
     )
-    parser.add_argument("--know", metavar="NAMES", help=what)
+    add("--know", metavar="NAMES", help=what)
+    add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
-    """Checks the options of a choice before the robot is opened; returns the gripper's bounds."""
+    """Checks the options of a choice before the robot is opened; returns the bounds of the grip."""
     options.check_bounds(arguments)
     options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 100_000))
-    return _read_grip_bounds(arguments)
+    given = {}
+    for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
+        value = getattr(arguments, f"max_grip_{name}")
+        if value is not None:
+            given[name] = check_number(f"--max-grip-{name}", value, 1e-3, largest, unit)
+    return GripBounds(**given)
 
 
 def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> Bench:
@@ -114,7 +118,7 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
         tool, remarks = read_object(arguments.tools, materials)
         known: tuple[Tool, ...] = (tool,)
     else:
-        known = load_tools(arguments.tools, materials, arguments.meshes)
+        known = load_tools(arguments.tools, materials)
     tools = options.choose_tools(known, arguments.only, arguments.tools)
     memory = recall_memory(arguments.memory, settings)
     tasks = read_tasks(names, arguments.files, robot)
@@ -141,18 +145,11 @@ def know_materials(
 
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
     """Lists the tools' options, with shapes from the source that ``--see`` names, and their weighings."""
-    return add_weighings(_see(arguments, bench), bench.tools)
+    if arguments.see == "drawing":
+        return add_weighings(list_drawn_options(bench.tools), bench.tools)
+    from affordance.extensions.pixels.seen_tool import list_seen_options  # imported here, as it loads OpenCV
 
-
-def _see(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
-    if arguments.see == "features":
-        error, seed = bench.settings.vision_error, arguments.seed
-        return [option for tool in bench.tools for option in list_options(tool, error, seed)]
-    if arguments.see == "pictures":
-        from affordance.extensions.pixels.seen_tool import list_seen_options  # imported here, as it loads OpenCV
-
-        return list_seen_options(bench.tools, arguments.seed)
-    return list_drawn_options(bench.tools)
+    return add_weighings(list_seen_options(bench.tools, arguments.seed), bench.tools)
 
 
 def rank_tools(
@@ -180,7 +177,7 @@ def keep_unlike(
 
     Returns: The kept options, and the equivalent grips of each, by its name.
     """
-    if arguments.see != _SIGHTS[0]:  # shapes from a camera are not exactly symmetric
+    if arguments.see != "drawing":  # shapes from a camera are not exactly symmetric
         return list(options), {}
     by_tool = {tool.name: find_alike_grips(tool) for tool in tools}
     others = {(tool, grip) for tool, found in by_tool.items() for grips in found.values() for grip in grips}
@@ -232,19 +229,23 @@ def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCos
     return criterion
 
 
-def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
-    """Reads the largest force and moment that the gripper can hold; infinite unless given."""
-    given = {}
-    for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
-        value = getattr(arguments, f"max_grip_{name}")
-        if value is not None:
-            given[name] = check_number(f"--max-grip-{name}", value, 1e-3, largest, unit)
-    return GripBounds(**given)
-
-
 def recall_memory(place: str | None, settings: Settings) -> MaterialMemory:
     """Loads the belief of a lasting memory; without one, returns an empty memory."""
     if place is None:
         return MaterialMemory(settings.learner)
     with open_memory(place, create=False) as ledger:
         return ledger.recall(settings.learner, settings.prior)
+
+
+def tell_sources(arguments: argparse.Namespace, robot: Robot, named: NamedBelief) -> dict[str, Any]:
+    """Lists in the content of an answer what the belief about materials comes from."""
+    return {
+        "memory": Path(arguments.memory).name if arguments.memory else None,
+        "trials_of_other_arms": count_of(robot, arguments.memory),
+        **named.list_sources(),
+    }
+
+
+def break_lines(lines: Sequence[str], width: int) -> str:
+    """Joins the lines of an answer, wrapped at a width; empty lines are left out."""
+    return "\n".join(part for line in lines if line for part in break_line(line, width))

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.choice.demand import Criterion
-from affordance.choice.ranking import RankedOption, Ranking
+from affordance.choice.ranking import Ranking
 from affordance.exceptions import UnavailableError
+from affordance.extensions.advice.advice_text import Content
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import fold
@@ -32,9 +33,9 @@ _PICTURES = 2
 _ROW, _REST, _TITLE = 0.35, 1.6, 100
 
 
-def render_choice(directives: Path, advice: Ranking, tools: dict[str, Tool]) -> list[Image]:
+def render_choice(directives: Path, ranking: Ranking, tools: dict[str, Tool]) -> list[Image]:
     """Renders the arm holding each of the best options at the start of the task; empty if there is no renderer."""
-    shown = advice.ranked[: min(advice.num_usable, _PICTURES)]
+    shown = ranking.ranked[: min(ranking.num_usable, _PICTURES)]
     gripped = [tools[each.option.object_name].list_gripped()[each.option.grip] for each in shown]
     poses = [Pose(tool, None, each.q_start) for tool, each in zip(gripped, shown, strict=True)]
     try:
@@ -43,77 +44,60 @@ def render_choice(directives: Path, advice: Ranking, tools: dict[str, Tool]) -> 
         return []
 
 
-def draw_advice(advice: Ranking, title: str, pictures: Sequence[Image]) -> Figure:
-    """Draws a ranking: pictures of the best options, costs with 90 % intervals, and probabilities of being best."""
-    shown = [each for each in advice.ranked if np.isfinite(each.amounts.cost.mean)]
+def draw_advice(content: Content, pictures: Sequence[Image]) -> Figure:
+    """Draws the content of a ranking: pictures of the best options, costs, and probabilities of being best."""
+    shown = [each for each in content["options"] if each["cost"]["mean"] is not None]
     figure = Figure(figsize=(15.0, max(4.0, 1.6 + 0.45 * len(shown))))
     widths = (*[1.0] * _PICTURES, 1.3, 0.6)
     *of_pictures, of_cost, of_probability = figure.subplots(1, _PICTURES + 2, width_ratios=widths)
-    for axes, picture, each in zip(of_pictures, pictures, advice.ranked, strict=False):
+    for axes, picture, each in zip(of_pictures, pictures, content["options"], strict=False):
         axes.imshow(picture)
         axes.set_title(_label(each), fontsize=FONT_SIZE)
     for axes in of_pictures:
         axes.axis("off")
-    figure.suptitle(fill(title, _TITLE), fontsize=FONT_SIZE)
+    figure.suptitle(fill(content["sentence"], _TITLE), fontsize=FONT_SIZE)
     places = np.arange(float(len(shown)))[::-1]
-    colours = [OBJECT_COLOURS[2] if each.infeasible_reason else OBJECT_COLOURS[0] for each in shown]
-    scale = 100.0 if advice.criterion is Criterion.MARGIN else 1.0
-    costs = [each.amounts.cost for each in shown]
-    means = scale * np.array([each.mean for each in costs])
-    errors = np.abs(scale * np.array([[each.p05, each.p95] for each in costs]).T - means)
-    _draw_bars(of_cost, places, means, errors, colours)
+    colours = [OBJECT_COLOURS[0 if each["usable"] else 2] for each in shown]
+    by = Criterion(content["by"])
+    scale = 100.0 if by is Criterion.MARGIN else 1.0
+    means, *ends = scale * np.array([[each["cost"][key] for each in shown] for key in ("mean", "p05", "p95")])
+    _draw_bars(of_cost, places, means, np.abs(np.array(ends) - means), colours)
     of_cost.set_yticks(places, [fold(_label(each), _NAME_WIDTH) for each in shown])
-    of_cost.set_xlabel(f"{_LABELS[advice.criterion]}, mean and 90 % interval")
-    of_probability.barh(places, [each.p_best for each in shown], color=colours, height=0.6)
+    of_cost.set_xlabel(f"{_LABELS[by]}, mean and 90 % interval")
+    of_probability.barh(places, [each["p_best"] for each in shown], color=colours, height=0.6)
     of_probability.set_yticks(places, [""] * len(shown))
     of_probability.set(xlabel="probability of being best", xlim=(0.0, 1.0))
     tidy(of_cost, of_probability)
     return figure
 
 
-def _label(ranked: RankedOption) -> str:
-    name = ", ".join(filter(None, (ranked.option.object_name, ranked.option.grip)))
-    return f"{name} (not usable)" if ranked.infeasible_reason else name
+def _label(option: Content) -> str:
+    name = ", ".join(filter(None, (option["tool"], option["grip"])))
+    return name if option["usable"] else f"{name} (not usable)"
 
 
 def _draw_bars(axes: Axes, places: Array, values: Array, errors: Array, colours: Sequence[str]) -> None:
     axes.barh(places, values, xerr=errors, color=colours, capsize=3.0, height=0.6)
 
 
-def draw_holds(
-    names: Sequence[str],
-    worths: Sequence[tuple[float, float]],
-    tasks: Sequence[tuple[str, float, Sequence[float]]],
-    *,
-    label: str,
-    title: str,
-) -> Figure:
-    """Draws the worth of holding each of K objects, and how it changes the probability of the right choice.
-
-    Args:
-        names: Names of the objects.
-        worths: Worth of holding each object, and its standard error.
-        tasks: For each task its name, the probability that its current choice is right, and that probability after
-            holding each object, (K,).
-        label: Axis label of the worths, with their unit.
-        title: Title of the figure.
-    """
-    rows = len(names)
-    figure = Figure(figsize=(11.0, _REST + _ROW * max(rows, 3)), layout="constrained")
+def draw_holds(content: Content) -> Figure:
+    """Draws the worth of holding each of K objects, and how it changes the probability of the right choice."""
+    ranked, places = content["ranked"], np.arange(float(len(content["ranked"])))
+    figure = Figure(figsize=(11.0, _REST + _ROW * max(len(ranked), 3)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(2.0, 1.0))
-    places, (values, errors) = np.arange(float(rows)), np.array(worths).reshape(-1, 2).T
-    _draw_bars(left, places, values, errors, [OBJECT_COLOURS[0]])
-    left.set_yticks(places, names)
-    left.set_xlabel(f"{label}, with standard error")
+    worths, errors = (np.array([each[key] for each in ranked]) for key in ("worth", "worth_se"))
+    _draw_bars(left, places, worths, errors, [OBJECT_COLOURS[0]])
+    left.set_yticks(places, [each["name"] for each in ranked])
+    left.set_xlabel(f"worth ({content['unit']}), with standard error")
     left.set_xlim(left=0.0)
-    for k, (task, now, after) in enumerate(tasks):
+    for k, task in enumerate(content["decisions"]):
         colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
-        right.axvline(now, color=colour, linestyle=":")
-        right.plot(after, places, "o", color=colour, label=task)
+        right.axvline(task["p_best"], color=colour, linestyle=":")
+        right.plot([each["p_best_after"][k] for each in ranked], places, "o", color=colour, label=task["name"])
     right.set_xlim(0.0, 1.05)
     right.set_xlabel("probability that the choice is best after holding it (dotted: now)")
     right.legend(frameon=False)
     left.invert_yaxis()
-    figure.suptitle(fill(title, _TITLE))
+    figure.suptitle(fill(content["sentence"], _TITLE))
     tidy(left, right)
     return figure

@@ -1,9 +1,7 @@
-"""Advice on tools as JSON and for a terminal: the choice, the ranking with its reasons, and what would change it."""
+"""Advice on tools: its content, which ``--json`` prints, and a text that is built from the content alone."""
 
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -11,34 +9,19 @@ from affordance.choice.demand import Criterion
 from affordance.choice.options import Option
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import Amount
-from affordance.choice.ranking import RankedOption, Ranking
-from affordance.choice.reasons import Reasons, Turn
+from affordance.choice.ranking import Ranking
+from affordance.choice.reasons import Reasons
 from affordance.choice.weighed import Surprise
 from affordance.exceptions import name_gripped, name_object
-from affordance.extensions.advice.known_materials import NamedBelief
 from affordance.extensions.memory.ledger import describe_past_arms
 from affordance.files.atomic import to_plain
 from affordance.objects.colour import Colour, find_nearest_colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
-from affordance.reporting.formatting import format_known, format_number, tabulate_within
+from affordance.reporting.formatting import break_line, format_known, format_number, tabulate_within
 
-
-class AdviceQuestion(NamedTuple):
-    """Context of a ranking that its text needs: task, robot, sources of knowledge and names."""
-
-    task: str
-    robot: str
-    see: str  # source of the tools' shapes: "drawing", "features" or "pictures"
-    memory: str  # name of the memory; empty without one
-    known: NamedBelief  # belief about the tools' materials, with its sources
-    names: Callable[[Colour], str]
-    num_other_arms: int = 0  # number of this robot's stored trials that were made with another version of the arm
-    reasons: Reasons | None = None  # reasons for the choice; None if no other option is usable
-    surprises: tuple[Surprise, ...] = ()  # weighings that contradict the belief
-    remarks: tuple[str, ...] = ()  # warnings about the tools file
-    # For the name of an option: grips that cost the same whatever the tool is made of, and are not ranked themselves.
-    alike: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+# Content of advice, or a part of it, as in its JSON.
+type Content = Mapping[str, Any]
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
@@ -50,13 +33,25 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
     return lambda colour: shown.get(colour) or find_nearest_colour(colour, colours)
 
 
-def build_content(advice: Ranking, question: AdviceQuestion, sentence: str) -> dict[str, Any]:
-    """Builds the JSON content of a ranking; ``sentence`` is its summary, and infinite numbers become null."""
-    criterion = advice.criterion
+def build_content(
+    ranking: Ranking,
+    reasons: Reasons | None,
+    names: Callable[[Colour], str],
+    alike: Mapping[str, Sequence[str]],
+) -> dict[str, Any]:
+    """Builds the content of a ranking; infinite numbers become None.
+
+    Args:
+        ranking: Ranking with at least one usable option.
+        reasons: Reasons for the choice; None if no other option is usable.
+        names: Function that names the material of a colour.
+        alike: For the name of an option, grips that cost the same whatever the tool is made of, and are not ranked.
+    """
+    criterion = ranking.criterion
     options = [
         {
             **_identify(each.option),
-            "alike": list(question.alike.get(each.option.name, ())),
+            "alike": list(alike.get(each.option.name, ())),
             "usable": not each.infeasible_reason,
             "reason": each.infeasible_reason or None,
             "cost": {**_show(each.amounts.cost), "value": _finite(each.cost)},
@@ -68,67 +63,44 @@ def build_content(advice: Ranking, question: AdviceQuestion, sentence: str) -> d
             "p_best": each.p_best,
             "p_feasible": each.p_feasible,
         }
-        for each in advice.ranked
+        for each in ranking.ranked
     ]
     content = {
-        "task": question.task,
-        "robot": question.robot,
-        "see": question.see,
-        "memory": question.memory or None,
-        "trials_of_other_arms": question.num_other_arms,
-        "known": list(question.known.by_name),
-        "learned": list(question.known.learned),
-        "unknown": list(question.known.unknown),
-        "surprises": [each._asdict() for each in question.surprises],
         "by": criterion.value,
         "unit": criterion.unit,
         "statistic": "p95" if criterion.is_peak else "mean",
-        "choice": _identify(advice.best.option),
+        "choice": _identify(ranking.best.option),
         "options": options,
-        "p_none": advice.p_none,
-        "why": None if question.reasons is None else _show_reasons(advice, question.reasons, question),
-        "remarks": list(question.remarks),
-        "sentence": sentence,
+        "p_none": ranking.p_none,
+        "why": None if reasons is None else _build_reasons(ranking, reasons, names),
     }
     plain: dict[str, Any] = to_plain(content)
-    return plain
+    return {**plain, "sentence": describe_choice(plain)}
 
 
-def _show_reasons(advice: Ranking, reasons: Reasons, question: AdviceQuestion) -> dict[str, Any]:
-    return {
-        "rival": _identify(advice.ranked[reasons.rival].option),
-        "materials": [{"material": name, "share": share} for name, share in sum_shares(reasons, question).items()],
-        "rest": reasons.rest,
-        "changes": [
-            {
-                "material": question.names(turn.colour),
-                "above" if turn.above else "below": turn.density,
-                "probability": turn.probability,
-                **_identify(advice.ranked[turn.option].option),
-            }
-            for turn in list_turns(reasons, question)
-        ],
-    }
-
-
-def sum_shares(reasons: Reasons, question: AdviceQuestion) -> dict[str, float]:
-    """Sums each material's share of the uncertainty, largest first.
-
-    In pictures, parts of one material can have several colours; their shares are added.
-    """
-    sums: dict[str, float] = {}
+def _build_reasons(ranking: Ranking, reasons: Reasons, names: Callable[[Colour], str]) -> dict[str, Any]:
+    # In pictures, parts of one material can have several colours: their shares are added, and of their changes in one
+    # direction the most probable is kept.
+    shares: dict[str, float] = {}
     for each in reasons.shares:
-        name = question.names(each.colour)
-        sums[name] = sums.get(name, 0.0) + each.share
-    return dict(sorted(sums.items(), key=lambda each: -each[1]))
-
-
-def list_turns(reasons: Reasons, question: AdviceQuestion) -> list[Turn]:
-    """Lists, for each material and direction, the most probable density change that would alter the choice."""
-    first: dict[tuple[str, bool], Turn] = {}
+        shares[names(each.colour)] = shares.get(names(each.colour), 0.0) + each.share
+    changes: dict[tuple[str, bool], dict[str, Any]] = {}
     for turn in reasons.turns:
-        first.setdefault((question.names(turn.colour), turn.above), turn)
-    return list(first.values())
+        material = names(turn.colour)
+        change = {
+            "material": material,
+            "above" if turn.above else "below": turn.density,
+            "probability": turn.probability,
+            **_identify(ranking.ranked[turn.option].option),
+        }
+        changes.setdefault((material, turn.above), change)
+    largest_first = sorted(shares.items(), key=lambda each: -each[1])
+    return {
+        "rival": _identify(ranking.ranked[reasons.rival].option),
+        "materials": [{"material": name, "share": share} for name, share in largest_first],
+        "rest": reasons.rest,
+        "changes": list(changes.values()),
+    }
 
 
 def _identify(option: Option) -> dict[str, str]:
@@ -146,91 +118,69 @@ def _finite(value: float) -> float | None:
 # What the text mentions: a material with at least this share of the uncertainty, and a change of the choice with at
 # least this probability; in the first sentence, a change with at least the last of the three.
 _LEAST_SHARE, _LEAST_PROBABILITY, _NOTABLE = 0.05, 1e-3, 0.05
+_BY = {
+    Criterion.WORK: "the joints' expected work",
+    Criterion.EFFORT: "the joints' expected effort",
+    Criterion.MARGIN: "the highest fraction of a joint's torque limit (95 % quantile)",
+    Criterion.GRIP: "the wrench that the grip must hold (95 % quantile)",
+}
 _COST_TITLES = {Criterion.EFFORT: "effort (N²m²s)", Criterion.GRIP: "wrench as a force (N)"}
 # Columns of the table, and those to drop if it is too wide, in this order.
 _WORK, _COST, _BEST, _FEASIBLE, _SHARE, _FORCE, _MOMENT = range(1, 8)
 _LESS_IMPORTANT = (_MOMENT, _FORCE, _SHARE, _FEASIBLE, _WORK)
 
 
-def describe_advice(advice: Ranking, question: AdviceQuestion, width: int = 0) -> str:
-    """Formats a ranking for a terminal; the first line is that of ``describe_choice_of``.
-
-    Lines are wrapped at ``width`` characters unless it is 0.
-    """
-    by = f"compared by {_describe_criterion(advice.criterion)}"
-    title = f"{question.task} with {question.robot}, {by}; {describe_knowledge(question.known, question.memory)}"
-    lines = [describe_choice_of(advice, question), title, *map(describe_surprise, question.surprises)]
-    lines += [f"warning: {each}" for each in question.remarks]
-    if question.num_other_arms:
-        lines.append(describe_past_arms(question.robot, question.num_other_arms))
-    lines = [part for line in lines for part in (textwrap.wrap(line, width) if width else [line])]
-    lines += _tabulate(advice, question, width)
-    if advice.p_none > 0.0:
-        lines.append(f"  with probability {advice.p_none:.2f} no option is feasible")
-    for line in _describe_reasons(advice, question):
-        lines += textwrap.wrap(line, width, subsequent_indent="  ") if width else [line]
-    return "\n".join(lines)
+def describe_advice(content: Content, width: int = 0) -> list[str]:
+    """Formats the content of advice as lines, of which the first is its sentence, with a table within a width."""
+    knowledge = describe_knowledge(content)
+    title = f"{content['task']} with {content['robot']}, compared by {_BY[Criterion(content['by'])]}; {knowledge}"
+    lines = [content["sentence"], title, *(describe_surprise(Surprise(**each)) for each in content["surprises"])]
+    lines += [f"warning: {each}" for each in content["remarks"]]
+    lines.append(describe_past_arms(content["robot"], content["trials_of_other_arms"]))
+    lines += [f"  {line}" for line in _tabulate(content, width)]
+    if content["p_none"] > 0.0:
+        lines.append(f"  with probability {content['p_none']:.2f} no option is feasible")
+    return lines + _describe_reasons(content)
 
 
-def describe_choice_of(advice: Ranking, question: AdviceQuestion) -> str:
-    """Describes the choice in one sentence: the option, its cost, how certain it is, and what would change it.
-
-    Raises:
-        AffordanceError: If no option is usable.
-    """
-    best = advice.best
-    parts = [
-        f"Take {_name(best.option, question)}: {_describe_cost(best, advice.criterion)}, best with probability "
-        f"{best.p_best:.2f}"
-    ]
-    better = max(advice.ranked, key=lambda each: each.p_best)
-    if better.p_best > best.p_best:
-        parts.append(_describe_better(better, advice, question))
-    elif advice.num_usable == 1 and len(advice.ranked) > 1:
-        parts.append(f"no other option is feasible with a probability of {100.0 * MIN_FEASIBILITY:g} %")
-    if question.reasons is not None:
-        turns = [turn for turn in list_turns(question.reasons, question) if turn.probability >= _NOTABLE]
-        parts += [_describe_turn(turn, advice, question) for turn in turns[:1]]
+def describe_choice(content: Content) -> str:
+    """Describes the choice in one sentence: the option, its cost, how certain it is, and what would change it."""
+    by, options = Criterion(content["by"]), content["options"]
+    best, better = options[0], max(options, key=lambda each: each["p_best"])
+    num_usable = sum(each["usable"] for each in options)
+    needed = f"a probability of {100.0 * MIN_FEASIBILITY:g} %"
+    parts = [f"Take {_name(best)}: {_describe_cost(best, by)}, best with probability {best['p_best']:.2f}"]
+    if better["p_best"] > best["p_best"]:
+        name, p = _name(better), f"{better['p_best']:.2f}"
+        if better["usable"]:
+            how = "demands more if it is heavy" if by.is_peak else "costs more on average"
+            parts.append(f"{name} is best more often ({p}), but {how} ({_describe_cost(better, by)})")
+        else:
+            only = "the only one" if num_usable == 1 else "one"
+            parts.append(f"it is {only} that is feasible with {needed}")
+            only = f"feasible with probability {better['p_feasible']:.2f} only"
+            parts.append(f"{name} is best with probability {p}, but {only}")
+    elif num_usable == 1 and len(options) > 1:
+        parts.append(f"no other option is feasible with {needed}")
+    changes = content["why"]["changes"] if content["why"] else []
+    parts += [_describe_change(each, options) for each in changes if each["probability"] >= _NOTABLE][:1]
     return f"{'; '.join(parts)}."
 
 
-def _describe_better(better: RankedOption, advice: Ranking, question: AdviceQuestion) -> str:
-    """Explains why an option that is best more often than the chosen one is not chosen."""
-    name, p = _name(better.option, question), f"{better.p_best:.2f}"
-    if better.infeasible_reason:
-        only = "the only one" if advice.num_usable == 1 else "one"
-        feasible = f"a probability of {100.0 * MIN_FEASIBILITY:g} %"
-        return f"it is {only} that is feasible with {feasible}; {name} is best with probability {p}, but " + (
-            f"feasible with probability {better.p_feasible:.2f} only"
-        )
-    how = "demands more if it is heavy" if advice.criterion.is_peak else "costs more on average"
-    return f"{name} is best more often ({p}), but {how} ({_describe_cost(better, advice.criterion)})"
-
-
-def _describe_criterion(criterion: Criterion) -> str:
-    return {
-        Criterion.WORK: "the joints' expected work",
-        Criterion.EFFORT: "the joints' expected effort",
-        Criterion.MARGIN: "the highest fraction of a joint's torque limit (95 % quantile)",
-        Criterion.GRIP: "the wrench that the grip must hold (95 % quantile)",
-    }[criterion]
-
-
-def describe_knowledge(known: NamedBelief, memory: str) -> str:
+def describe_knowledge(content: Content) -> str:
     """Describes the sources of the belief about materials: handbook densities, the named memory, or the prior."""
-
-    def list_names(names: Sequence[str]) -> str:
-        return ", ".join(map(_name_material, names))
-
-    parts = []
-    if known.by_name:
-        parts.append(f"handbook densities of {list_names(known.by_name)} (--know nothing leaves them out)")
-    if known.learned:
-        parts.append(f"evidence about {list_names(known.learned)} from the memory {memory}")
+    known, learned, unknown = (
+        ", ".join(map(_name_material, content[key])) for key in ("known", "learned", "unknown")
+    )
+    parts, memory = [], content["memory"]
+    if known:
+        parts.append(f"handbook densities of {known} (--know nothing leaves them out)")
+    if learned:
+        parts.append(f"evidence about {learned} from the memory {memory}")
     elif memory:
         parts.append(f"no evidence from the memory {memory}")
-    if known.unknown:
-        parts.append(f"the prior of any material for {list_names(known.unknown)}")
+    if unknown:
+        parts.append(f"the prior of any material for {unknown}")
     return "; ".join(parts)
 
 
@@ -246,97 +196,86 @@ def _name_material(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _tabulate(advice: Ranking, question: AdviceQuestion, width: int) -> list[str]:
+def _tabulate(content: Content, width: int) -> list[str]:
     """Formats the options as a table within a width; intervals are 90 %, peaks are 95 % quantiles."""
-    of_cost = _COST_TITLES.get(advice.criterion)
-    header = ["", "work (J)", of_cost or "", "P(best)", "P(feasible)", "torque share", "force (N)", "moment (N m)"]
-    rows, notes = [header], []
-    for each in advice.ranked:
-        amounts = each.amounts
-        name = f"{each.option.object_name}, {_list_ends(each.option, question)}"
-        costs = [_range(amounts.work), _range(amounts.cost) if of_cost else ""]
-        forces = _number(amounts.force.p95), _number(amounts.moment.p95)
-        peaks = [f"{_percent(amounts.margin.p95)} {amounts.joint}", *forces] if each.q_start.size else ["", "", ""]
-        rows.append([name, *costs, f"{each.p_best:.2f}", f"{each.p_feasible:.2f}", *peaks])
-        if each.infeasible_reason:
-            notes.append(f"{name}: {each.infeasible_reason}")
-    empty = {_COST} if not of_cost else set()
-    inner = max(width - 2, 1) if width else 0
-    lines = tabulate_within(rows, inner, _LESS_IMPORTANT, left_out=empty)
-    wrapped = [
-        part for note in notes for part in (textwrap.wrap(note, inner, subsequent_indent="  ") if width else [note])
-    ]
-    return [f"  {line}" for line in (*lines, *wrapped)]
+    of_cost = _COST_TITLES.get(Criterion(content["by"]), "")
+    rows = [["", "work (J)", of_cost, "P(best)", "P(feasible)", "torque share", "force (N)", "moment (N m)"]]
+    inner, notes = max(width - 2, 1) if width else 0, []
+    for each in content["options"]:
+        name, share = f"{each['tool']}, {_list_ends(each)}", each["torque_share"]
+        costs = [_range(each["work"]), _range(each["cost"]) if of_cost else ""]
+        loads = [f"{_percent(share['p95'])} {share['joint']}" if share["p95"] is not None else ""]
+        loads += [_number(each[key]["p95"]) for key in ("grip_force", "grip_moment")]
+        rows.append([name, *costs, f"{each['p_best']:.2f}", f"{each['p_feasible']:.2f}", *loads])
+        notes += break_line(f"{name}: {each['reason']}", inner) if each["reason"] else []
+    return [*tabulate_within(rows, inner, _LESS_IMPORTANT, left_out=() if of_cost else (_COST,)), *notes]
 
 
-def _describe_reasons(advice: Ranking, question: AdviceQuestion) -> list[str]:
-    reasons = question.reasons
-    if reasons is None:
+def _describe_reasons(content: Content) -> list[str]:
+    why, options = content["why"], content["options"]
+    if why is None:
         return ["Why: no other option can do the task with the required probability."]
-    best, rival = advice.ranked[0], advice.ranked[reasons.rival]
-    against = f"Why {_name(best.option, question)} rather than {_name(rival.option, question)}:"
-    shares = {name: share for name, share in sum_shares(reasons, question).items() if share >= _LEAST_SHARE}
-    if not shares:
-        lines = [f"{against} no material's density affects the difference in cost."]
-    else:
-        parts = [f"{_name_material(name)} ({_percent(share)})" for name, share in shares.items()]
-        lines = [f"{against} their difference in cost is uncertain because of the density of {' and '.join(parts)}."]
-    told = [turn for turn in list_turns(reasons, question) if turn.probability >= _LEAST_PROBABILITY]
-    lines += [f"  {_capitalise(_describe_turn(turn, advice, question))}." for turn in told]
-    return lines if told else [*lines, "  No plausible density of one material would change the choice by itself."]
+    against = f"Why {_name(options[0])} rather than {_name(_find(why['rival'], options))}:"
+    materials = [each for each in why["materials"] if each["share"] >= _LEAST_SHARE]
+    parts = [f"{_name_material(each['material'])} ({_percent(each['share'])})" for each in materials]
+    of_what = f"their difference in cost is uncertain because of the density of {' and '.join(parts)}."
+    lines = [f"{against} {of_what if parts else "no material's density affects the difference in cost."}"]
+    told = [_describe_change(each, options) for each in why["changes"] if each["probability"] >= _LEAST_PROBABILITY]
+    return [
+        *lines,
+        *(f"  {each[:1].upper()}{each[1:]}." for each in told),
+        *([] if told else ["  No plausible density of one material would change the choice by itself."]),
+    ]
 
 
-def _describe_turn(turn: Turn, advice: Ranking, question: AdviceQuestion) -> str:
-    side = "denser" if turn.above else "less dense"
-    other = _name(advice.ranked[turn.option].option, question)
-    material = _name_material(question.names(turn.colour))
+def _describe_change(change: Content, options: Sequence[Content]) -> str:
+    side, density = ("denser", change["above"]) if "above" in change else ("less dense", change["below"])
     return (
-        f"if {material} were known to be {side} than {format_number(turn.density)} kg/m³ "
-        f"(probability {turn.probability:.2g}), {other} would be better"
+        f"if {_name_material(change['material'])} were known to be {side} than {format_number(density)} kg/m³ "
+        f"(probability {change['probability']:.2g}), {_name(_find(change, options))} would be better"
     )
 
 
-def _capitalise(sentence: str) -> str:
-    return f"{sentence[:1].upper()}{sentence[1:]}"
+def _describe_cost(option: Content, by: Criterion) -> str:
+    cost = option["cost"]
+    if by is Criterion.MARGIN:
+        return f"at most {_percent(cost['p95'])} of the torque limit of {option['torque_share']['joint']}"
+    if by is Criterion.GRIP:
+        force, moment = (_number(option[key]["p95"]) for key in ("grip_force", "grip_moment"))
+        return f"at most {force} N and {moment} N m at the grip"
+    unit = "J" if by is Criterion.WORK else "N²m²s"
+    half = 0.5 * (cost["p95"] - cost["p05"])
+    return f"{format_known(cost['mean'], half)} ± {format_known(half, half)} {unit}"
 
 
-def _describe_cost(best: RankedOption, criterion: Criterion) -> str:
-    amounts, cost = best.amounts, best.amounts.cost
-    if criterion is Criterion.MARGIN:
-        return f"at most {_percent(cost.p95)} of the torque limit of {amounts.joint}"
-    if criterion is Criterion.GRIP:
-        return f"at most {_number(amounts.force.p95)} N and {_number(amounts.moment.p95)} N m at the grip"
-    unit = "J" if criterion is Criterion.WORK else "N²m²s"
-    half = 0.5 * (cost.p95 - cost.p05)
-    return f"{format_known(cost.mean, half)} ± {format_known(half, half)} {unit}"
+def _find(named: Content, options: Sequence[Content]) -> Content:
+    """Finds the option that a part of the content names by tool and grip."""
+    return next(each for each in options if (each["tool"], each["grip"]) == (named["tool"], named["grip"]))
 
 
-def _name(option: Option, question: AdviceQuestion) -> str:
+def _name(option: Content) -> str:
     """Names an option: "the mallet by its head", "the mallet choked", "the rod by either end"."""
-    if not option.grip:
-        return name_object(option.object_name)
-    alike = question.alike.get(option.name, ())
-    if alike:
-        how = "by either end" if len(alike) == 1 else f"by any of {_list_ends(option, question)}"
-        return f"{name_object(option.object_name)} {how}"
-    return name_gripped(option.name)
+    if option["alike"]:
+        how = "by either end" if len(option["alike"]) == 1 else f"by any of {_list_ends(option)}"
+        return f"{name_object(option['tool'])} {how}"
+    return name_gripped(f"{option['tool']} by {option['grip']}") if option["grip"] else name_object(option["tool"])
 
 
-def _list_ends(option: Option, question: AdviceQuestion) -> str:
+def _list_ends(option: Content) -> str:
     """Lists the grip of an option and its equivalent grips."""
-    return " or ".join([option.grip, *question.alike.get(option.name, ())])
+    return " or ".join([option["grip"], *option["alike"]])
 
 
-def _range(amount: Amount) -> str:
-    if not np.isfinite(amount.mean):
+def _range(amount: Content) -> str:
+    if amount["mean"] is None:
         return ""
-    half = 0.5 * (amount.p95 - amount.p05)
-    mean, low, high = (format_known(value, half) for value in (amount.mean, amount.p05, amount.p95))
+    half = 0.5 * (amount["p95"] - amount["p05"])
+    mean, low, high = (format_known(amount[key], half) for key in ("mean", "p05", "p95"))
     return f"{mean} ({low} to {high})"
 
 
-def _number(value: float) -> str:
-    return format_number(value) if np.isfinite(value) else ""
+def _number(value: float | None) -> str:
+    return "" if value is None else format_number(value)
 
 
 def _percent(share: float) -> str:

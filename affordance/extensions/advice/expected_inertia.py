@@ -1,7 +1,6 @@
 """Expected mass, centre of mass and inertia of an object from its appearance, before it is held."""
 
-import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -134,29 +133,9 @@ _HEADER = ("", "mass (kg)", "x (mm)", "y (mm)", "z (mm)", "Ixx (kg cm²)", "Iyy"
 _EXACT, _EXACT_LENGTH = 0.02, 1e-3
 
 
-def describe_expectations(expected: Sequence[Expectation], width: int = 0, *, by_part: bool = False) -> list[str]:
-    """Formats expected masses, centres of mass and moments of inertia, with 90 % intervals, one line per object.
-
-    With ``by_part`` each part has a line too. Centres of mass, and moments of inertia about them, are in the axes of
-    the object's own frame.
-    """
-    rows = [list(_HEADER)]
-    for each in expected:
-        rows.append(_list_cells(each.whole.name, each.whole))
-        if by_part and len(each.parts) > 1:
-            rows += [_list_cells(f"  {number}: {part.name}", part) for number, part in enumerate(each.parts, start=1)]
-    title = "Expected before anything is held: mass, centre of mass, moments of inertia about it (90 % intervals)."
-    lines = textwrap.wrap(title, width) if width else [title]
-    inner = max(width - 2, 1) if width else 0
-    return [*lines, *(f"  {line}" for line in tabulate_within(rows, inner, _LESS_IMPORTANT))]
-
-
 def build_expectations(expected: Sequence[Expectation]) -> list[dict[str, Any]]:
-    """Builds the JSON content of the expected inertia of objects and their parts, in SI units."""
-    return [
-        {**_build(each.whole), "parts": [_build(part) for part in each.parts]}  # the order is that of the tools file
-        for each in expected
-    ]
+    """Builds the JSON content of the expected inertia of objects and their parts, in SI units, in the same order."""
+    return [{**_build(each.whole), "parts": [_build(part) for part in each.parts]} for each in expected]
 
 
 def _build(body: ExpectedBody) -> dict[str, Any]:
@@ -169,12 +148,32 @@ def _build(body: ExpectedBody) -> dict[str, Any]:
     }
 
 
-def _list_cells(name: str, body: ExpectedBody) -> list[str]:
-    centre = [_show_amount(each, 1e3, _EXACT_LENGTH, fixed=True) for each in body.com]
-    return [name, _show_amount(body.mass), *centre, *(_show_amount(each, 1e4) for each in body.inertia[:3])]
+def describe_expectations(
+    content: Sequence[Mapping[str, Any]], width: int = 0, *, by_part: bool = False
+) -> list[str]:
+    """Formats what ``build_expectations`` built: masses, centres of mass and moments, one line per object.
+
+    With ``by_part`` each part has a line too. Centres of mass, and moments of inertia about them, are in the axes of
+    the object's own frame.
+    """
+    rows = [list(_HEADER)]
+    for each in content:
+        rows.append(_list_cells(each["name"], each))
+        if by_part and len(each["parts"]) > 1:
+            rows += [_list_cells(f"  {n}: {part['name']}", part) for n, part in enumerate(each["parts"], start=1)]
+    title = "Expected before anything is held: mass, centre of mass, moments of inertia about it (90 % intervals)."
+    table = tabulate_within(rows, max(width - 2, 1) if width else 0, _LESS_IMPORTANT)
+    return [title, *(f"  {line}" for line in table)]
 
 
-def _show_amount(amount: Amount, scale: float = 1.0, exact: float = 0.0, *, fixed: bool = False) -> str:
-    mean, low, high = (f"{scale * value:z.0f}" if fixed else format_number(scale * value) for value in amount)
-    is_exact = amount.p95 - amount.p05 <= max(exact, _EXACT * abs(amount.mean) if not fixed else 0.0)
+def _list_cells(name: str, body: Mapping[str, Any]) -> list[str]:
+    centre = [_show_amount(each, 1e3, fixed=True) for each in body["com"].values()]
+    moments = [_show_amount(body["inertia"][axis], 1e4) for axis in ("Ixx", "Iyy", "Izz")]
+    return [name, _show_amount(body["mass"]), *centre, *moments]
+
+
+def _show_amount(amount: Mapping[str, float], scale: float = 1.0, *, fixed: bool = False) -> str:
+    values = [scale * amount[key] for key in ("mean", "p05", "p95")]
+    mean, low, high = (f"{value:z.0f}" if fixed else format_number(value) for value in values)
+    is_exact = amount["p95"] - amount["p05"] <= (_EXACT_LENGTH if fixed else _EXACT * abs(amount["mean"]))
     return mean if is_exact else f"{mean} ({low} to {high})"

@@ -72,7 +72,6 @@ class Decision(NamedTuple):
     options: tuple[str, ...]
     cost: Array  # (k, S)
     feasible: NDArray[np.bool_]  # True where an option is feasible, (k, S)
-    uses: float = 1.0  # number of times that the task will be done
 
     def price_failure(self) -> float:
         """Computes the cost of an infeasible sample: twice the mean cost of the most expensive option.
@@ -115,10 +114,10 @@ class Decision(NamedTuple):
 class Worth(NamedTuple):
     """Worth of making some holds before choosing."""
 
-    worths: Array  # worth for each decision, for one use, at least 0, (D,), in the unit of its cost
+    worths: Array  # worth for each decision, at least 0, (D,), in the unit of its cost
     # Standard error of the total for independent samples; for evenly spread samples it is smaller.
     se: float
-    total: float  # sum over decisions and uses
+    total: float  # sum over decisions
     p_best_after: Array  # expected probability, after the holds, that the chosen option is the cheapest, (D,)
 
 
@@ -159,7 +158,6 @@ class PricedDecisions:
         """Prepares the costs of one or more decisions, which must be for the same samples."""
         costs = np.concatenate([decision.charge() for decision in decisions]).T
         best = np.concatenate([decision.mark_best() for decision in decisions]).T
-        self.uses = np.array([decision.uses for decision in decisions])  # (D,)
         # For each fold: indices of its samples, costs of all options, (about S / _FOLDS, K), and shares with which
         # each option is the cheapest of a sample.
         self.folds = [np.arange(fold, len(costs), _FOLDS) for fold in range(_FOLDS)]
@@ -184,7 +182,7 @@ def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
     others = np.eye(Q.shape[1]) - np.array([own.T @ own for own in owns])
     inverse = np.linalg.pinv(others, rcond=len(Q) * np.finfo(float).eps, hermitian=True)
     coefficients = inverse @ (products.sum(axis=0) - products)
-    falls, certain = np.zeros((2, len(priced.uses), len(Q)))
+    falls, certain = np.zeros((2, len(priced.ends) - 1, len(Q)))
     for fold, own, cost, best, fitted, now in zip(
         priced.folds, owns, priced.costs, priced.best, coefficients, priced.now, strict=True
     ):
@@ -193,9 +191,9 @@ def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
             picked = a + fit[:, a:b].argmin(axis=1)
             falls[d, fold] = cost[:, now[d]] - cost[rows, picked]
             certain[d, fold] = best[rows, picked]
-    se = float((priced.uses @ falls).std(ddof=1) / np.sqrt(len(Q)))
+    se = float(falls.sum(axis=0).std(ddof=1) / np.sqrt(len(Q)))
     worths = np.maximum(falls.mean(axis=1), 0.0)
-    return Worth(worths, se, float(worths @ priced.uses), np.clip(certain.mean(axis=1), 0.0, 1.0))
+    return Worth(worths, se, float(worths.sum()), np.clip(certain.mean(axis=1), 0.0, 1.0))
 
 
 class Outlook:

@@ -26,9 +26,13 @@ class NamedBelief(NamedTuple):
     """Belief about the materials of tools, and the names of these materials by source, in the tools' order."""
 
     memory: MaterialMemory
-    by_name: tuple[str, ...]  # materials with their handbook density
+    known: tuple[str, ...]  # materials with their handbook density
     learned: tuple[str, ...]  # materials for which the memory has evidence; some are known by name too
     unknown: tuple[str, ...]  # materials with the prior of any material
+
+    def list_sources(self) -> dict[str, list[str]]:
+        """Lists the names by source, as in the content of advice."""
+        return {"known": list(self.known), "learned": list(self.learned), "unknown": list(self.unknown)}
 
 
 def know_by_name(

@@ -40,9 +40,9 @@ class RankedHold(NamedTuple):
 
     Attributes:
         name: Name of the object.
-        worth: Expected reduction in cost over all tasks and uses, in the unit of the cost.
+        worth: Expected reduction in cost, summed over all tasks, in the unit of the cost.
         worth_se: Standard error of the worth for independent samples; for evenly spread samples it is smaller.
-        worths: Worth for each task, for one use.
+        worths: Worth for each task.
         information: Information about materials, [nat].
         p_best_after: For each task, the expected probability, after the hold, that the choice is the best.
         p_held: Probability that the arm can hold the object still within its torque limits.
@@ -172,7 +172,6 @@ class Question(NamedTuple):
 
     name: str
     choice: Choice
-    uses: float = 1.0  # number of times that the task will be done
 
 
 def advise_hold(
@@ -227,8 +226,7 @@ def advise_hold(
     decisions = [_decide(question, samples, criterion, bounds) for question in questions]
     ranked, outlook = _rank(candidates, samples, decisions, settings, seed)
     open_decisions = [_describe(decision, criterion) for decision in decisions]
-    scale = sum(each.cost * question.uses for each, question in zip(open_decisions, questions, strict=True))
-    least = max(price, _NEGLIGIBLE * scale)
+    least = max(price, _NEGLIGIBLE * sum(each.cost for each in open_decisions))
     is_certain, is_below_price = all(each.is_certain for each in open_decisions), ranked[0].worth <= least
     pair, pair_worth = None, 0.0
     if is_below_price and not is_certain:
@@ -307,7 +305,7 @@ def _decide(question: Question, samples: HoldSamples, criterion: Criterion, boun
             parameters[option.object_name] = geometry.compute_parameters(own, errors)
     costs, _ = price_options(question.choice, question.choice.grip(parameters), criterion, bounds)
     names = tuple(option.name for option in question.choice.options)
-    return Decision(question.name, names, costs.cost, costs.feasible, question.uses)
+    return Decision(question.name, names, costs.cost, costs.feasible)
 
 
 def _find_supports(

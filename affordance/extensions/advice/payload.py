@@ -1,6 +1,6 @@
 """Loads of a task with a payload of known mass in place of a tool, and the torque margin of each joint."""
 
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -17,29 +17,11 @@ from affordance.vision.features import ComponentFeatures
 _POINT = 1e-3
 
 
-class JointMargin(NamedTuple):
-    """Largest torque of a joint during a task, its limit, and its margin, [N m]."""
-
-    joint: str
-    needed: float
-    limit: float
-
-    @property
-    def margin(self) -> float:
-        """Torque that remains up to the limit, [N m]; negative if the limit is exceeded."""
-        return self.limit - self.needed
-
-
-class PayloadDemand(NamedTuple):
-    """Loads of a task with a payload."""
-
-    joints: tuple[JointMargin, ...]
-    force: float  # largest force at the grip, [N]
-    moment: float  # largest moment about the grip, [N m]
-
-
-def measure_payload(task: TaskCostModel, mass: float, p_HQ: Array, settings: Settings) -> PayloadDemand:
+def measure_payload(task: TaskCostModel, mass: float, p_HQ: Array, settings: Settings) -> dict[str, Any]:
     """Computes the loads of a task with a point mass, [kg], at a position in the hand's frame, (3,), [m].
+
+    Returns: The largest torque of each joint, its limit, and what is left of it (negative if it is exceeded), [N m],
+        NaN for a joint without a limit; and the largest force, [N], and moment, [N m], at the grip.
 
     Raises:
         BadValueError: If the task cannot be planned with it.
@@ -55,9 +37,12 @@ def measure_payload(task: TaskCostModel, mass: float, p_HQ: Array, settings: Set
     if cost.infeasible_reason:
         raise BadValueError("--payload", "", f"cannot do the task: it {cost.infeasible_reason}")
     demand = cost.compute_demand(mass * compute_point_parameters(np.asarray(p_HQ, dtype=float))[None])
-    limits = arm.limits.tau_max
-    joints = tuple(
-        JointMargin(name, float(load * limit) if np.isfinite(limit) else np.nan, float(limit))
-        for name, load, limit in zip(arm.joint_names, demand.loads[:, 0], limits, strict=True)
-    )
-    return PayloadDemand(joints, float(demand.force[0]), float(demand.moment[0]))
+    limits = np.asarray(arm.limits.tau_max, dtype=float)
+    needed = np.full(limits.shape, np.nan)
+    np.multiply(demand.loads[:, 0], limits, out=needed, where=np.isfinite(limits))
+    rows = zip(arm.joint_names, needed.tolist(), limits.tolist(), (limits - needed).tolist(), strict=True)
+    return {
+        "joints": [dict(zip(("joint", "needed", "limit", "margin"), row, strict=True)) for row in rows],
+        "grip_force": float(demand.force[0]),
+        "grip_moment": float(demand.moment[0]),
+    }

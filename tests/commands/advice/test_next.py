@@ -36,7 +36,6 @@ def test_who_knows_its_materials_is_told_on_what_that_rests_and_how_to_check_it(
     assert "machinist hammer" in {each["name"] for each in content["ranked"]}
     said = answer(*ONE, "--memory", known, "--price", 100).out
     assert "Nothing more needs to be held: every choice is certain. But the" in said
-    assert "All choices certain? yes. Any hold worth its price? no." in said
 
 
 def test_a_tool_seen_in_pictures_may_be_held_itself():
@@ -47,23 +46,17 @@ def test_a_tool_seen_in_pictures_may_be_held_itself():
     assert ranked["pin of brass"]["worth"] < 0.01
 
 
-def test_both_rules_of_stopping_are_reported():
-    """Of a choice that is open the second rule depends on the price alone; a certain choice is worth nothing."""
-    assert "All choices certain? no. Any hold worth its price? yes." in answer(*ONE).out
+def test_open_choice_stays_open_if_no_hold_is_worth_its_price():
     said = answer(*ONE, "--price", 100).out
-    assert "All choices certain? no. Any hold worth its price? no." in said
     assert "Nothing here is worth its price of 100 J: the bar of oak would save 0." in said
     assert "reach stays open (P = 0." in said
 
 
-def test_sentence_says_worth_of_one_use_and_what_to_hold_then():
-    """A worth of a hundred uses is a hundred times that of one, which the sentence names."""
-    one, hundred = (answer(*ONE, "--uses", uses, "--json").content for uses in (1, 100))
-    assert hundred["ranked"][0]["worth"] == pytest.approx(100.0 * one["ranked"][0]["worth"])
-    assert one["sentence"].split(";")[0] == hundred["sentence"].split(";")[0]
+def test_sentence_says_worth_and_what_to_hold_then():
+    one = answer(*ONE, "--json").content
     assert one["sentence"].startswith("Hold the bar of oak: worth 0.")
     assert one["plan"][:2] == ["bar of oak", "rod of cast steel"]
-    assert " J per use; then the rod of cast steel" in one["sentence"]
+    assert " J; then the rod of cast steel" in one["sentence"]
 
 
 def test_table_keeps_its_columns_beside_objects_that_may_be_too_heavy(monkeypatch):
@@ -90,15 +83,6 @@ def test_criterion_and_grip_of_a_choice_are_those_of_a_ranking(tmp_path):
         for more in ([], ["--max-grip-force", 0.5 * force])
     ]
     assert possible[1] < 0.5 < possible[0]
-
-
-def test_features_seen_with_errors_leave_a_choice_more_open():
-    """Sizes with an error of a fifth leave more to lose than drawings."""
-    losses = [
-        answer(*ONE, "--samples", 20_000, "--json", "--see", *sight).content["decisions"][0]["regret"]
-        for sight in (["drawing"], ["features", "--set", "vision_error.size=0.2"])
-    ]
-    assert losses[1] > losses[0]
 
 
 def test_tie_says_by_how_little_the_best_two_differ(tmp_path):
@@ -193,7 +177,6 @@ TASKS = "hammer, reach, mash, carry, hold"
         ("reach --task reach.yaml", "--task: is 'reach.yaml', must not have the same name as another task, reach"),
         ("reach --only nothing", "--only: is 'nothing', must be one of"),
         ("reach --may-hold nowhere.yaml", "nowhere.yaml: cannot be read"),
-        ("reach --uses -1", "--uses: is -1"),
         ("reach --price nan", "--price: is nan"),
         ("reach --samples 3", "--samples: is 3, must be from 100"),
         ("reach --memory nowhere.sqlite", "nowhere.sqlite: does not exist"),

@@ -141,14 +141,6 @@ def test_pictures_are_looked_at_when_they_are_asked_for(monkeypatch):
     assert looked == [(3, ["machinist hammer"])]
 
 
-def test_features_are_seen_with_the_errors_of_the_settings(known):
-    widths = []
-    for sight in (["drawing"], ["features", "--set", "vision_error.size=0.1"]):
-        force = answer(*ONE, *known, "--json", "--see", *sight).content["options"][0]["grip_force"]
-        widths.append(force["p95"] - force["p05"])
-    assert widths[1] > 2.0 * widths[0]
-
-
 def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path, known, monkeypatch):
     """Every command that recalls a memory says it; identify is asked in test_identify."""
     place = Path(known[1])

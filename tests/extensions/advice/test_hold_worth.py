@@ -27,10 +27,10 @@ def rng():
     return np.random.default_rng(2)
 
 
-def decide(*costs, feasible=None, uses=1.0):
+def decide(*costs, feasible=None):
     cost = np.array(costs)
     names = tuple(f"option {i}" for i in range(len(cost)))
-    return Decision("task", names, cost, np.ones(cost.shape, dtype=bool) if feasible is None else feasible, uses)
+    return Decision("task", names, cost, np.ones(cost.shape, dtype=bool) if feasible is None else feasible)
 
 
 def worth_of(percepts, decisions):
@@ -73,9 +73,9 @@ def test_worth_of_what_tells_nothing_is_never_negative(rng):
     assert min(each.worths[0] for each in found) == 0.0
 
 
-def test_worth_of_several_decisions_is_their_sum_over_uses(rng):
+def test_worth_of_several_decisions_is_their_sum(rng):
     a, b = rng.standard_normal((2, S))
-    decisions = [decide(a, np.zeros(S), uses=2.0), decide(b, np.zeros(S), uses=5.0)]
+    decisions = [decide(2.0 * a, np.zeros(S)), decide(5.0 * b, np.zeros(S))]
     worth = worth_of([np.stack([a, b], axis=1)], decisions)
     # E max(0, a) of a standard normal variable
     assert worth.total == pytest.approx(7.0 / np.sqrt(2.0 * np.pi), rel=0.05)
@@ -155,14 +155,6 @@ def test_infeasible_samples_are_charged_and_information_is_never_of_negative_wor
 def test_nothing_feasible_is_worth_nothing():
     decision = decide(np.full(100, np.inf), np.full(100, np.inf), feasible=np.zeros((2, 100), dtype=bool))
     assert worth_of([np.random.default_rng(0).standard_normal((100, 1))], [decision]).worths[0] == 0.0
-
-
-def test_uses_scale_the_error_and_not_the_worth_of_one(rng):
-    d = rng.standard_normal(S)
-    once = worth_of([d[:, None]], [decide(d, np.zeros(S))])
-    often = worth_of([d[:, None]], [decide(d, np.zeros(S), uses=10.0)])
-    assert often.worths == pytest.approx(once.worths)
-    assert often.se == pytest.approx(10.0 * once.se)
 
 
 def test_probability_of_being_right_afterwards(rng):

@@ -54,7 +54,7 @@ def test_evidence_of_a_memory_is_added_as_if_the_handbook_had_been_known_before(
 
 
 @pytest.mark.parametrize(
-    ("part", "names", "by_name", "unknown"),
+    ("part", "names", "known", "unknown"),
     [
         ((OAK, STEEL), None, ("steel",), ()),  # it looks like steel
         ((STEEL, PAINT), None, ("steel",), ()),  # painted: the material has the name
@@ -65,11 +65,11 @@ def test_evidence_of_a_memory_is_added_as_if_the_handbook_had_been_known_before(
     ],
 )
 def test_name_of_the_look_counts_then_that_of_the_material(
-    part: tuple[Material, Material], names: list[str] | None, by_name: tuple[str, ...], unknown: tuple[str, ...]
+    part: tuple[Material, Material], names: list[str] | None, known: tuple[str, ...], unknown: tuple[str, ...]
 ) -> None:
     named = know_by_name(MaterialMemory(), make(part), HANDBOOK, PRIOR, names)
-    assert (named.by_name, named.unknown) == (by_name, unknown)
-    if by_name:
+    assert (named.known, named.unknown) == (known, unknown)
+    if known:
         assert named.memory.colours == (part[1].colour,)
         assert named.memory.belief.untruncated_mean == pytest.approx([7850.0])
     else:

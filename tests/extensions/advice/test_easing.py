@@ -9,10 +9,10 @@ from helpers.one_option import FAR, KNOWN, SETTINGS, list_one
 
 from affordance.choice.carry import Carry, Keep
 from affordance.choice.demand import Criterion
-from affordance.choice.easing import explain_failure
 from affordance.choice.pricing import GripBounds, plan_options
 from affordance.choice.ranking import rank, rank_draws
 from affordance.choice.reach import Reach
+from affordance.extensions.advice.easing import explain_failure
 
 
 def explain(task: Reach | Carry | Keep, bounds: GripBounds) -> str:
