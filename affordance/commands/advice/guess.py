@@ -8,7 +8,6 @@ from affordance.commands.advice.workbench import (
     add_knowledge,
     break_lines,
     know_materials,
-    recall_memory,
     tell_sources,
 )
 from affordance.commands.terminal import find_width
@@ -36,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     tools = load_tools(arguments.tools, materials)
-    named = know_materials(arguments, recall_memory(arguments.memory, settings), tools, materials, settings.prior)
+    named = know_materials(arguments, settings, tools, materials)
     expected = [expect(tool, named.memory, settings) for tool in tools]
     content = {**tell_sources(arguments, robot, named), "expected": build_expectations(expected)}
     width = find_width()

@@ -6,8 +6,7 @@ from pathlib import Path
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_tools
-from affordance.objects.materials import MATERIALS, load_materials
+from affordance.objects.materials import load_materials
 
 _TEMPLATE = MODELS / "tools" / "template.yaml.txt"
 # Placeholder of the materials in the template, and the number of materials per line.
@@ -17,25 +16,20 @@ _MATERIALS, _IN_A_LINE = "MATERIALS", 8
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("file", type=Path, help="file to write, for example my_tools.yaml; it must not exist yet")
-    parser.add_argument(
-        "--materials", type=Path, metavar="FILE", help="materials to choose from (default: those of the package)"
-    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Writes the file."""
-    materials = load_materials(arguments.materials or MATERIALS)
     if arguments.file.exists():
         raise BadValueError(arguments.file, "", "exists already, must be a new file")
     if not arguments.file.parent.is_dir():
         raise BadValueError(
             arguments.file, "", f"must be in an existing folder, but {arguments.file.parent} does not exist"
         )
-    names = list(materials)
+    names = list(load_materials())
     lines = [", ".join(names[k : k + _IN_A_LINE]) for k in range(0, len(names), _IN_A_LINE)]
     text = _TEMPLATE.read_text(encoding="utf-8").replace(_MATERIALS, ",\n#   ".join(lines))
     write_text(arguments.file, text)
-    tools = load_tools(arguments.file, load_materials())
-    print(f"{arguments.file}: {len(tools)} tool, ready to be ranked; replace it with your own, then run:")
+    print(f"{arguments.file}: one tool, ready to be ranked; replace it with your own, then run:")
     print(f"affordance rank hammer --tools {arguments.file}")
     return 0

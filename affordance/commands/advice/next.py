@@ -1,7 +1,6 @@
 """``affordance next``: advises what to hold next before a tool is chosen, what it is worth, and when to stop."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.arguments import check_number
@@ -11,11 +10,11 @@ from affordance.choice.options import add_weighings
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_options
 from affordance.commands.advice.workbench import (
+    Bench,
     add_choice,
     break_lines,
     check_choice,
     keep_strikers,
-    know_materials,
     open_bench,
     rank_tools,
     see_tools,
@@ -33,7 +32,6 @@ from affordance.extensions.memory.ledger import describe_past_arms, open_memory
 from affordance.extensions.memory.summary import recall_felt
 from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import tabulate_within
 from affordance.settings import Settings
@@ -66,14 +64,11 @@ def run(arguments: argparse.Namespace) -> int:
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     bounds = check_choice(arguments, 100)
     robot = open_robot(arguments)
-    bench = open_bench(arguments, robot, arguments.tasks)
-    settings, tools, tasks = bench.settings, bench.tools, bench.tasks
-    candidates = _list_candidates(load_tools(arguments.may_hold, bench.materials), tools, arguments)
-    named = know_materials(arguments, bench.memory, [*tools, *candidates], bench.materials, settings.prior)
-    bench = bench._replace(memory=named.memory)
+    bench = open_bench(arguments, robot, arguments.tasks, arguments.may_hold)
+    settings, tasks, memory = bench.settings, bench.tasks, bench.named.memory
+    candidates = _list_candidates(bench, arguments)
     felt = _recall_felt(arguments.memory, settings)
     options = see_tools(arguments, bench)
-    memory = bench.memory
     if memory.learner.sums_evidence:
         drawn = add_weighings(list_drawn_options(candidates), candidates)
         objects = {option.object_name: option for option in [*drawn, *options]}
@@ -102,7 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
     expected = [expect(tool, memory, settings) for tool in candidates]
     content = {
         **to_plain(advice),
-        **tell_sources(arguments, robot, named),
+        **tell_sources(arguments, robot, bench.named),
         "rests_on": list(advice.rests_on),
         "sentence": describe_stop(advice),
         "expected": build_expectations(expected),
@@ -197,18 +192,18 @@ def _describe_open(decision: OpenDecision, unit: str) -> str:
     return f"{decision.name} stays open (P = {decision.p_best:.2f}, expected loss {decision.regret:.2g} {unit})"
 
 
-def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: argparse.Namespace) -> list[Tool]:
+def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
     """Lists the objects that may be held; a name that both files use raises an AffordanceError."""
     if arguments.may_hold.resolve() == arguments.tools.resolve():
-        return list(held)
-    names = {tool.name for tool in tools}
-    for each in held:
+        return bench.stock
+    names = {tool.name for tool in bench.tools}
+    for each in bench.stock:
         if each.name in names:
             raise AffordanceError(
                 f"{arguments.may_hold}: {each.name!r} is also a tool of {arguments.tools}, must have another name; "
                 "--include-tools allows holding the tools themselves"
             )
-    return [*held, *(tools if arguments.include_tools else [])]
+    return [*bench.stock, *(bench.tools if arguments.include_tools else [])]
 
 
 def _recall_felt(place: str | None, settings: Settings) -> dict[str, FeltObject]:

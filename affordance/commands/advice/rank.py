@@ -17,7 +17,6 @@ from affordance.commands.advice.workbench import (
     check_choice,
     keep_strikers,
     keep_unlike,
-    know_materials,
     open_bench,
     rank_tools,
     read_tasks,
@@ -74,8 +73,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.payload is not None:
         return _answer_payload(arguments, robot, names)
     bench = open_bench(arguments, robot, names)
-    named = know_materials(arguments, bench.memory, bench.tools, bench.materials, bench.settings.prior)
-    bench = bench._replace(memory=named.memory)
     settings, materials, tools = bench.settings, bench.materials, bench.tools
     ((name, task),) = bench.tasks.items()
     options, remarks = keep_strikers(see_tools(arguments, bench), task, arguments.tools)
@@ -83,13 +80,13 @@ def run(arguments: argparse.Namespace) -> int:
     choice = plan_options(options, task, settings)
     ranking, draws = rank_tools(arguments, bench, choice, task, bounds)
     seen = {option.object_name: option.features for option in choice.options}
-    expected = [expect(tool, bench.memory, settings, seen.get(tool.name)) for tool in tools]
+    expected = [expect(tool, bench.named.memory, settings, seen.get(tool.name)) for tool in tools]
     reasons = explain_choice(ranking, draws, choice.options)
     content = {
         "task": name,
         "robot": robot.name,
         "see": arguments.see,
-        **tell_sources(arguments, robot, named),
+        **tell_sources(arguments, robot, bench.named),
         "surprises": to_plain(draws.surprises),
         "remarks": [*bench.remarks, *remarks],
         **build_content(ranking, reasons, name_materials(tools, materials), alike),

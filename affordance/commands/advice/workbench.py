@@ -9,7 +9,6 @@ import numpy as np
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.prior import Prior
 from affordance.choice.demand import Criterion
 from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
@@ -39,7 +38,7 @@ _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
 
 class Bench(NamedTuple):
-    """Tools, tasks, memory and criterion from which a tool is chosen.
+    """Tools, tasks, belief and criterion from which a tool is chosen.
 
     Every tool has at least one grip. The settings are those of the robot's arm with the changes of ``--set``.
     """
@@ -47,7 +46,8 @@ class Bench(NamedTuple):
     settings: Settings
     materials: Mapping[str, Material]
     tools: list[Tool]
-    memory: MaterialMemory
+    stock: list[Tool]  # other objects, whose materials are known too
+    named: NamedBelief
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
     remarks: tuple[str, ...] = ()  # warnings about the tools file
@@ -107,8 +107,8 @@ def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBoun
     return GripBounds(**given)
 
 
-def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> Bench:
-    """Loads tools, tasks and memory that the options name; ``names`` are tasks of the robot."""
+def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str], stock: Path | None = None) -> Bench:
+    """Loads tools, tasks and memory that the options name; ``names`` are tasks of the robot, ``stock`` is a file."""
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     remarks: tuple[str, ...] = ()
@@ -120,27 +120,28 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     else:
         known = load_tools(arguments.tools, materials)
     tools = options.choose_tools(known, arguments.only, arguments.tools)
-    memory = recall_memory(arguments.memory, settings)
+    others = [] if stock is None else list(load_tools(stock, materials))
+    named = know_materials(arguments, settings, [*tools, *others], materials)
     tasks = read_tasks(names, arguments.files, robot)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
-    return Bench(settings, materials, tools, memory, tasks, criterion, remarks)
+    return Bench(settings, materials, tools, others, named, tasks, criterion, remarks)
 
 
 def know_materials(
-    arguments: argparse.Namespace,
-    memory: MaterialMemory,
-    tools: Sequence[Tool],
-    materials: Mapping[str, Material],
-    prior: Prior,
+    arguments: argparse.Namespace, settings: Settings, tools: Sequence[Tool], materials: Mapping[str, Material]
 ) -> NamedBelief:
-    """Adds to a memory the handbook densities of the materials that ``--know`` names."""
+    """Adds to the memory, an empty one without ``--memory``, the handbook densities that ``--know`` names."""
+    memory = MaterialMemory(settings.learner)
+    if arguments.memory is not None:
+        with open_memory(arguments.memory, create=False) as ledger:
+            memory = ledger.recall(settings.learner, settings.prior)
     names: list[str] | None = None
     if arguments.know is not None:
         names = [] if arguments.know == _NOTHING else [each.strip() for each in arguments.know.split(",")]
     for name in names or ():
         if name not in materials:
             raise BadValueError("--know", "", describe_choice(name, [*materials, _NOTHING]))
-    return know_by_name(memory, tools, materials, prior, names)
+    return know_by_name(memory, tools, materials, settings.prior, names)
 
 
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
@@ -162,7 +163,7 @@ def rank_tools(
     """
     settings, rng = bench.settings, np.random.default_rng(arguments.seed)
     colours = [material.colour for material in select_known(bench.materials, bench.tools).values()]
-    memory = bench.memory.add_colours(list(dict.fromkeys(colours)), settings.prior)
+    memory = bench.named.memory.add_colours(list(dict.fromkeys(colours)), settings.prior)
     draws = choice.draw(memory, rng, arguments.samples)
     ranking = rank_draws(choice, draws, rng, criterion=bench.criterion, bounds=bounds)
     if not ranking.num_usable:
@@ -227,14 +228,6 @@ def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCos
         others = ", ".join(each.value for each in Criterion if each is not Criterion.WORK)
         raise BadValueError("--by", "", f"is 'work', which is zero for holding still, must be one of {others}")
     return criterion
-
-
-def recall_memory(place: str | None, settings: Settings) -> MaterialMemory:
-    """Loads the belief of a lasting memory; without one, returns an empty memory."""
-    if place is None:
-        return MaterialMemory(settings.learner)
-    with open_memory(place, create=False) as ledger:
-        return ledger.recall(settings.learner, settings.prior)
 
 
 def tell_sources(arguments: argparse.Namespace, robot: Robot, named: NamedBelief) -> dict[str, Any]:

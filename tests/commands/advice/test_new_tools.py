@@ -21,13 +21,6 @@ def test_file_can_be_ranked_as_it_is(tmp_path: Path) -> None:
     assert load_tools(path)[0].weighings == (((), 0.665, 0.005),)
 
 
-def test_materials_of_a_file_are_listed(tmp_path: Path) -> None:
-    materials = tmp_path / "materials.yaml"
-    materials.write_text('teak: {colour: "#aa7744", density: 650, density_sd: 65}\n')
-    answer("new-tools", tmp_path / "mine.yaml", "--materials", materials)
-    assert "#   teak\n" in (tmp_path / "mine.yaml").read_text()
-
-
 def test_no_file_is_written_over(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text("mine")
