@@ -24,6 +24,7 @@ from affordance.cli import ShownFormatter
 from affordance.experiments import weight
 from affordance.extensions.memory import ledger
 from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.people.experiments import trial_cells
 from affordance.files import bounded
 from affordance.plant.arm import name_robot
 
@@ -277,6 +278,7 @@ def show_size(number):
         ("mesh (OBJ, PLY, STL; DAE of robots)", bounded.MESH),
         ("recording (CSV, .npz, Parquet, bag)", bounded.RECORDING),
         ("results, and payloads in JSON", bounded.RESULTS),
+        ("table of trials", trial_cells.LARGEST),
         ("memory", ledger.LARGEST_FILE),
     ],
 )

@@ -6,26 +6,28 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
 from affordance.extensions.people.experiments.lifts import cylinder
-from affordance.extensions.people.experiments.trial_cells import PEOPLE, Cells
+from affordance.extensions.people.experiments.trial_cells import (
+    PEOPLE,
+    Cells,
+    read_cells,
+    read_choices,
+    read_names,
+    read_numbers,
+    read_truths,
+    refuse_cell,
+)
 from affordance.objects.colour import is_colour
 from affordance.objects.tool import Tool
 
 # Columns that are read; others, such as those that the program writes itself, are ignored.
 COLUMNS = (
-    "participant",
-    "observer",
-    "repeat",
-    "learner",
-    "object",
-    "mass",
-    "size",
-    "looks_like",
-    "teaches",
+    *("participant", "observer", "repeat", "learner", "object", "mass", "size", "looks_like", "teaches"),
     "force",
 )
 _LARGEST = 0.1  # volume of an object, [m^3]
@@ -66,35 +68,24 @@ def read_lifts(
         BadValueError: The table cannot be read, is too large, or has an invalid cell; or it has lifts of several
             learners and none was chosen.
     """
-    cells = Cells.read(path, COLUMNS, columns)
-    count = len(cells.numbers)
-    for needed in ("object", "force"):
-        if needed not in cells.labels:
-            listed = ", ".join([*cells.labels.values()][:20])
-            how = f"--columns {needed}=NAME names the column to use"
-            raise BadValueError(path, needed, f"is missing among {listed}; {how}")
-    whose = cells.read_names("learner", PEOPLE)
-    pushes = cells.read_numbers("force", 1e-3, 1e3, "N", "mN")
-    chosen = _choose(path, list(dict.fromkeys(whose)), learner)
-    rows = [row for row in range(count) if whose[row] == chosen]
-    names = (
-        cells.read_names("participant", "") if "participant" in cells.labels else cells.read_names("observer", "1")
+    cells = read_cells(path, COLUMNS, ["object", "force"], columns)
+    whose = np.array(read_names(cells, "learner", PEOPLE))
+    cells = cells._replace(texts=cells.texts[whose == _choose(path, list(dict.fromkeys(whose.tolist())), learner)])
+    names = read_names(cells, "participant" if "participant" in cells.labels else "observer", "1")
+    repeats = read_names(cells, "repeat", "1")
+    persons = np.array(
+        [name if number == "1" else f"{name}, repeat {number}" for name, number in zip(names, repeats, strict=True)]
     )
-    repeats = cells.read_names("repeat", "1")
-    objects, found = _find_objects(cells, rows, {tool.name: tool for tool in tools})
-    teaches = np.array(cells.read_truths("teaches"))
-    by_person: dict[str, list[int]] = {}
-    for place, row in enumerate(rows):
-        name = names[row] or "1"
-        by_person.setdefault(name if repeats[row] == "1" else f"{name}, repeat {repeats[row]}", []).append(place)
-    people = tuple(
-        Person(name, objects[own], np.array([pushes[rows[each]] for each in own]), teaches[np.array(rows)[own]])
-        for name, own in by_person.items()
-    )
-    for person in people:
-        if not np.isfinite(person.pushes).any():
-            raise BadValueError(path, "force", f"is empty in all rows of participant {person.name}")
-    return Lifts(people, found)
+    pushes = np.array(read_numbers(cells, "force", 1e-3, 1e3, "N", "mN"))
+    teaches = np.array(read_truths(cells, "teaches"))
+    objects, found = _find_objects(cells, {tool.name: tool for tool in tools})
+    people = []
+    for name in dict.fromkeys(persons.tolist()):
+        own = persons == name
+        if not np.isfinite(pushes[own]).any():
+            raise BadValueError(path, "force", f"is empty in all rows of participant {name}")
+        people.append(Person(name, objects[own], pushes[own], teaches[own]))
+    return Lifts(tuple(people), found)
 
 
 def _choose(path: Path, known: Sequence[str], learner: str) -> str:
@@ -110,34 +101,35 @@ def _choose(path: Path, known: Sequence[str], learner: str) -> str:
     )
 
 
-def _find_objects(
-    cells: Cells, rows: Sequence[int], tools: dict[str, Tool]
-) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
+def _find_objects(cells: Cells, tools: Mapping[str, Tool]) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
     """Returns each row's index of an object, (rows,), and the objects, looked up by name or built from the table."""
-    names = cells.read_choices("object", tools) if tools else cells.read_names("object", "")
     if tools:
-        order = list(dict.fromkeys(names[row] for row in rows))
-        return np.array([order.index(names[row]) for row in rows]), tuple(tools[name] for name in order)
-    masses = cells.read_numbers("mass", 1e-3, 100.0, "kg", "g")
-    sizes = cells.read_numbers("size", 1e-9, _LARGEST, "m^3", "cm^3", 1e-6)
-    looks = cells.read_names("looks_like", "")
-    numbers: dict[tuple[str, float, float, str], int] = {}
-    made: list[Tool] = []
-    found = []
-    for row in rows:
-        key = (names[row], masses[row], sizes[row], looks[row])
-        if key not in numbers:
-            for column, value in (("object", names[row]), ("mass", masses[row]), ("size", sizes[row])):
-                if value == "" or value != value:
-                    cells.refuse(row, column, "is empty, must say what was lifted; or --objects names a file")
-            numbers[key] = len(made)
-            known = list(dict.fromkeys(each[3] for each in numbers))
-            try:
-                made.append(_make(names[row], masses[row], sizes[row], looks[row], known.index(looks[row])))
-            except BadArgumentError as error:
-                cells.refuse(row, "mass", f"and size make no object: {error}")
-        found.append(numbers[key])
-    return np.array(found, dtype=np.intp), tuple(made)
+        names = read_choices(cells, "object", tools)
+        known = list(dict.fromkeys(names))
+        return np.array([known.index(name) for name in names]), tuple(tools[name] for name in known)
+    rows = pd.DataFrame(
+        {
+            "object": read_names(cells, "object", ""),
+            "mass": read_numbers(cells, "mass", 1e-3, 100.0, "kg", "g"),
+            "size": read_numbers(cells, "size", 1e-9, _LARGEST, "m^3", "cm^3", 1e-6),
+            "looks_like": read_names(cells, "looks_like", ""),
+        }
+    )
+    for column in ("object", "mass", "size"):
+        empty = (rows[column].isna() | (rows[column] == "")).to_numpy()
+        if empty.any():
+            problem = "is empty, must say what was lifted; or --objects names a file"
+            refuse_cell(cells, int(empty.argmax()), column, problem)
+    numbers = rows.groupby([*rows], sort=False).ngroup().to_numpy(np.intp)
+    looks = pd.factorize(rows["looks_like"])[0]
+    made = []
+    for place in np.unique(numbers, return_index=True)[1].tolist():
+        name, mass, size, look = rows.iloc[place]
+        try:
+            made.append(_make(name, mass, size, look, int(looks[place])))
+        except BadArgumentError as error:
+            refuse_cell(cells, place, "mass", f"and size make no object: {error}")
+    return numbers, tuple(made)
 
 
 def _make(name: str, mass: float, size: float, look: str, number: int) -> Tool:

@@ -88,12 +88,3 @@ def test_objects_can_be_given(tmp_path):
 )
 def test_what_is_wrong_is_said_in_one_line(tmp_path, changed, to, said):
     assert said in refuse(read_lifts, write(tmp_path, TABLE.replace(changed, to)))
-
-
-def test_more_lifts_than_are_fitted_are_refused(tmp_path):
-    rows = "participant,object,mass,size,force\n" + "P1,a,0.5,0.0004,4.5\n" * 5001
-    said = refuse(read_lifts, write(tmp_path, rows))
-    assert said.endswith("participant: has 5001 lifts of P1, must have at most 5000 of each")
-    many = "".join(f"P1,a{number},0.5,0.0004,4.5\n" for number in range(201))
-    said = refuse(read_lifts, write(tmp_path, "participant,object,mass,size,force\n" + many))
-    assert "row 202, object: exceeds the limit of 200 different objects" in said

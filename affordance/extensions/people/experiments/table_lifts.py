@@ -179,17 +179,14 @@ class TableExperiment:
 
 def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
     """Checks that the arm can hold every object; raises an InfeasibleError that names the row otherwise."""
-    try:
-        check_can_be_lifted(table.source.name, table.tools, settings)
-    except InfeasibleError:
-        for number, tool in enumerate(table.tools):
-            try:
-                check_can_be_lifted(table.source.name, [tool], settings)
-            except InfeasibleError as error:
-                row = table.numbers[int((table.rows["tool"] == number).to_numpy().argmax())]
-                problem = f"is {tool.name!r}, which {error.problem}"
-                raise InfeasibleError(table.source, f"row {row}, object", problem) from error
-        raise
+    for number, tool in enumerate(table.tools):
+        try:
+            check_can_be_lifted(table.source.name, [tool], settings)
+        except InfeasibleError as error:
+            row = table.numbers[int((table.rows["tool"] == number).to_numpy().argmax())]
+            raise InfeasibleError(
+                table.source, f"row {row}, object", f"is {tool.name!r}, which {error.problem}"
+            ) from error
 
 
 def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -> tuple[Trials, list[Choice]]:
@@ -219,10 +216,8 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: i
     found = {name: np.full(counts.max(), np.nan) for name in MEASURED}
     presented, lifted = np.unique(trials.tool[own], return_inverse=True)
     tools = [trials.tools[each] for each in presented]
-    participant, person = (
-        with_participant(setup.settings).participant,
-        ObserverDraws([(setup.seed, *who, Stream.PERSON)]),
-    )
+    participant = with_participant(setup.settings).participant
+    person = ObserverDraws([(setup.seed, *who, Stream.PERSON)])
     pushes, learner = draw_participants(participant, setup.settings.learner, [place], person)
     settings = setup.change(learner=learner).settings
     lifter, drawn = StaticLifter(tools, settings), (setup.seed, *who, Stream.KINDS)
@@ -288,31 +283,11 @@ def _finish(lifts: pd.DataFrame, table: TrialTable, gravity: float) -> pd.DataFr
     lifts["weight"] = gravity * lifts["mass"]
     lifts["kind"] = show_kinds(lifts["kind"].fillna(0).to_numpy(dtype=np.intp))
     lifts["surprise"] = compute_surprise(lifts["p_value"].to_numpy())
-    first = [
-        "observer",
-        "learner",
-        "participant",
-        "repeat",
-        "group",
-        "phase",
-        "cycle",
-        "lift",
-        "object",
-        "do",
-        "task",
-    ]
-    first += [
-        "duration",
-        "mass",
-        "size",
-        "looks_like",
-        "teaches",
-        "measured",
-        "force",
-        "expected",
-        "believed_density",
-    ]
-    first += ["weight", "felt", "expected_by_look", "heaviness", "kind", "surprise", "moved", "chosen"]
+    first = (
+        *("observer", "learner", "participant", "repeat", "group", "phase", "cycle", "lift", "object", "do", "task"),
+        *("duration", "mass", "size", "looks_like", "teaches", "measured", "force", "expected", "believed_density"),
+        *("weight", "felt", "expected_by_look", "heaviness", "kind", "surprise", "moved", "chosen"),
+    )
     further = [name for name in table.rows if name not in (*first, "place", "tool")]
     own = [name for name in lifts if str(name).startswith(OWN_VALUES)]
     return lifts[[*first, *further, *own]]

@@ -1,29 +1,26 @@
 """Reads the cells of a table that a spreadsheet or another program wrote; errors name row and column."""
 
-import csv
 import difflib
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
-from affordance.exceptions import PROSE, BadArgumentError, BadValueError, describe_choice, find_hidden, show_value
+import pandas as pd
+
+from affordance.exceptions import BadValueError, describe_choice, show_value
 from affordance.experiments.shared.holds import OWN_VALUES
 from affordance.files.bounded import read_text
-from affordance.files.constraints import OneLine, Within, run_check
+from affordance.files.constraints import check_names
 
 # Value of the column ``learner`` for people.
 PEOPLE = "people"
-# Largest table (SECURITY.md): bytes, columns and rows.
-_MOST_BYTES, _MOST_COLUMNS, _MOST_ROWS = 20_000_000, 100, 200_000
-_DELIMITERS = ",;\t"
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
+LARGEST = 20_000_000  # size of a table, [byte]
 # Truth values in several languages whose spreadsheets write decimal commas.
-_TRUE = ("true", "yes", "1", "wahr", "ja", "vrai", "oui", "vero", "verdadero")
+_TRUE = ("", "true", "yes", "1", "wahr", "ja", "vrai", "oui", "vero", "verdadero")
 _FALSE = ("false", "no", "0", "falsch", "nein", "faux", "non", "falso")
-_EMPTY = ("", "n/a")  # the second is used by BIDS
 # Other common names of columns; ignoring such a column would change the experiment.
 _OTHERS = {
     "participant": ("subject", "subj", "sub", "participant_id", "subject_id", "subject_nr", "pp", "vp"),
@@ -33,197 +30,171 @@ _OTHERS = {
 _ALIKE = 0.75
 
 
-class Cells:
-    """Cells of a table, by this program's names of the columns.
+class Cells(NamedTuple):
+    """Cells of a table.
 
     Attributes:
         path: File of the table.
-        numbers: Number of each row, as a spreadsheet counts: the row of names is row 1.
-        labels: Name of each column in the file, by this program's name; unknown columns keep their name.
+        texts: Texts by this program's names of columns (others keep theirs), and by number of the row, as a
+            spreadsheet counts: the row of names is row 1.
+        labels: Name of each column in the file, by this program's name.
+        has_commas: True if numbers may have a decimal comma.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        rows: Sequence[tuple[int, Sequence[str]]],
-        known: Collection[str],
-        renamed: Mapping[str, str] | None,
-        *,
-        has_commas: bool = False,
-    ) -> None:
-        """Finds the columns; raises a BadValueError for a wrong head or a row of another width.
+    path: Path
+    texts: pd.DataFrame
+    labels: dict[str, str]
+    has_commas: bool = False
 
-        Args:
-            path: File of the table.
-            rows: Number and cells of each row; the first row has the names of the columns.
-            known: This program's names of columns.
-            renamed: Names in the file of some columns, by this program's names; None where the user cannot say them.
-            has_commas: True if numbers may have a decimal comma.
-        """
-        self.path, self._has_commas = path, has_commas
-        if len(rows) < 2:
-            raise BadValueError(path, "", "has no trials, must have a row of names and a row for each trial")
-        (_, names), *body = rows
-        head = _strip(names)
-        if len(head) > _MOST_COLUMNS:
-            raise BadValueError(path, "", f"has {len(head)} columns, must have at most {_MOST_COLUMNS}")
-        self.labels = self._find_columns(head, known, renamed)
-        self.numbers = [number for number, _ in body]
-        for number, row in body:
-            if len(row) < len(head) or len(_strip(row)) > len(head):
-                problem = f"has {max(len(row), len(_strip(row)))} cells, must have {len(head)}, one for each column"
-                raise BadValueError(path, f"row {number}", problem)
-            if hidden := find_hidden("".join(row), PROSE):
-                raise BadValueError(path, f"row {number}", f"holds {hidden}")
-        self._cells = {
-            name: ["" if row[place].lower() in _EMPTY else row[place] for _, row in body]
-            for place, name in enumerate(self.labels)
-        }
-
-    @classmethod
-    def read(cls, path: Path, known: Collection[str], renamed: Mapping[str, str] | None) -> "Cells":
-        """Reads a UTF-8 file, with or without byte-order mark; commas, semicolons or tabs separate its cells.
-
-        Numbers may have decimal commas unless commas separate the cells. Empty rows are ignored.
-        """
-        text = read_text(path, _MOST_BYTES, encoding="utf-8-sig")
-        first, _, rest = text.partition("\n")
-        skipped = 0
-        if re.fullmatch(r"\"?sep=.\"?", first.strip()):  # a line that Excel writes above a table
-            text, skipped = rest, 1
-        delimiter = max(_DELIMITERS, key=text.partition("\n")[0].count)
-        rows = _split(path, text, delimiter, skipped)
-        return cls(path, rows, known, renamed, has_commas=delimiter != ",")
-
-    def __getitem__(self, name: str) -> list[str]:
+    def get(self, name: str) -> list[str]:
         """Returns the cells of a column; they are empty texts if the table has no such column."""
-        return self._cells.get(name, [""] * len(self.numbers))
-
-    def _find_columns(
-        self, head: Sequence[str], known: Collection[str], renamed: Mapping[str, str] | None
-    ) -> dict[str, str]:
-        """Finds each column's name in the file, by this program's name, in the order of the file."""
-        option = "" if renamed is None else ", or say --columns {}={}"
-        renamed = renamed or {}
-        for ours, theirs in renamed.items():
-            if ours not in known:
-                raise BadValueError("--columns", "", describe_choice(ours, known))
-            if theirs not in head:
-                raise BadValueError(self.path, f"--columns {ours}", describe_choice(theirs, head))
-        by_theirs = {theirs: ours for ours, theirs in renamed.items()}
-        labels: dict[str, str] = {}
-        for place, theirs in enumerate(head, start=1):
-            plain = theirs.lower().replace(" ", "_")
-            name = by_theirs.get(theirs) or (plain if plain in known and plain not in renamed else theirs)
-            if not theirs or name in labels:
-                problem = f"is {theirs!r}, which occurs twice" if theirs else "has no name"
-                raise BadValueError(self.path, f"row 1, column {place}", problem)
-            try:
-                run_check("", OneLine().check, theirs)
-            except BadArgumentError as error:
-                raise BadValueError(self.path, f"row 1, column {place}", error.problem) from error
-            labels[name] = theirs
-        missing = [name for name in known if name not in labels]
-        for name in labels:
-            near = [each for each in missing if name.lower() in _OTHERS.get(each, ())]
-            near += difflib.get_close_matches(name.lower(), missing, n=1, cutoff=_ALIKE)
-            if name not in known and near and not name.startswith(OWN_VALUES):
-                problem = f"is {name!r}; did you mean {near[0]!r}? Then name it so{option.format(near[0], name)}"
-                raise BadValueError(self.path, "row 1", problem)
-        return labels
-
-    def refuse(self, place: int, name: str, problem: str) -> NoReturn:
-        """Raises a BadValueError about a cell, given by its row, from 0, and this program's name of its column."""
-        raise BadValueError(self.path, f"row {self.numbers[place]}, {self.labels.get(name, name)}", problem)
-
-    def read_names(self, name: str, default: str) -> list[str]:
-        """Reads a column of names: single lines of visible characters that no spreadsheet takes for a formula."""
-        for place, cell in enumerate(self[name]):
-            if cell:
-                try:
-                    run_check("", OneLine().check, cell)
-                except BadArgumentError as error:
-                    self.refuse(place, name, error.problem)
-                if is_formula(cell):
-                    self.refuse(place, name, f"is {show_value(cell)}, which a spreadsheet would calculate")
-        return [cell or default for cell in self[name]]
-
-    def read_choices(self, name: str, known: Collection[str], default: str = "") -> list[str]:
-        """Reads a column whose cells must be among known names; case is ignored."""
-        by_lower = {each.lower(): each for each in known}
-        found = []
-        for place, cell in enumerate(self[name]):
-            if not (cell or default):
-                self.refuse(place, name, f"is empty, must be one of {', '.join(known)}")
-            chosen = (cell if cell in known else by_lower.get(cell.lower(), cell)) if cell else default
-            if chosen not in known:
-                self.refuse(place, name, describe_choice(cell, known))
-            found.append(chosen)
-        return found
-
-    def read_truths(self, name: str) -> list[bool]:
-        """Reads a column of truth values; empty cells are true."""
-        for place, cell in enumerate(self[name]):
-            if cell and cell.lower() not in (*_TRUE, *_FALSE):
-                self.refuse(place, name, f"is {show_value(cell)}, must be yes or no")
-        return [cell.lower() not in _FALSE for cell in self[name]]
-
-    def read_numbers(
-        self, name: str, low: float, high: float, unit: str = "", small: str = "", share: float = 1e-3
-    ) -> list[float]:
-        """Reads a column of numbers within bounds; empty cells are NaN.
-
-        If a value is out of bounds and seems to be in ``small``, a smaller unit (``share`` times ``unit``), the error
-        suggests the conversion.
-        """
-        return [
-            self._read_number(place, name, cell, Within(low, high), unit, small, share) if cell else math.nan
-            for place, cell in enumerate(self[name])
-        ]
-
-    def _read_number(
-        self, place: int, name: str, cell: str, bounds: Within, unit: str, small: str, share: float
-    ) -> float:
-        low, high, of_unit = bounds.low, bounds.high, f" {unit}" if unit else ""
-        bare = re.sub(r"\s*[^\W\d_]+$", "", cell)  # the cell without a unit
-        has_comma = bare.count(",") == 1 and "." not in bare
-        plain = bare.replace(",", ".") if has_comma else bare
-        value = float(plain) if re.fullmatch(_NUMBER, plain) else math.nan
-        if math.isnan(value) or bare != cell or (has_comma and not self._has_commas):
-            suffix = cell.removeprefix(bare).strip()
-            meant = share * value if small and suffix == small else value
-            hint = f"; {meant:g} would be one" if low <= meant <= high else ""
-            self.refuse(place, name, f"is {show_value(cell)}, must be a number{f' of {unit}' if unit else ''}{hint}")
-        if not low <= value <= high:
-            meant = share * value
-            hint = f"{meant:g} if {small} were meant" if small and low <= meant <= high else ""
-            hint = hint or f"the nearest is {min(max(value, low), high):g}"
-            self.refuse(place, name, f"is {cell}, must be from {low:g} to {high:g}{of_unit}; {hint}")
-        return value
+        return list(self.texts[name]) if name in self.labels else [""] * len(self.texts)
 
 
-def is_formula(cell: str) -> bool:
-    """Says whether a spreadsheet might take a text for a formula."""
-    return cell[:1] in ("=", "@") or (cell[:1] in ("+", "-") and bool(re.search(r"[(|!]", cell)))
+def read_cells(path: Path, known: Collection[str], needed: Sequence[str], renamed: Mapping[str, str]) -> Cells:
+    """Reads a UTF-8 file, with or without byte-order mark; commas, semicolons or tabs separate its cells.
 
+    Numbers may have decimal commas unless commas separate the cells. Empty rows are ignored.
 
-def _strip(row: Sequence[str]) -> list[str]:
-    """Removes the empty cells at the end of a row."""
-    filled = [place for place, cell in enumerate(row) if cell]
-    return list(row[: filled[-1] + 1]) if filled else []
+    Args:
+        path: File of the table.
+        known: This program's names of columns.
+        needed: Those that the table must have.
+        renamed: Names in the file of some columns, by this program's names.
 
-
-def _split(path: Path, text: str, delimiter: str, skipped: int) -> list[tuple[int, list[str]]]:
-    """Splits a text into rows; returns the number and the cells of each row that is not empty."""
-    rows: list[tuple[int, list[str]]] = []
-    number = skipped
+    Raises:
+        BadValueError: The file cannot be read or is too large, is no table, or has a wrong row of names.
+    """
+    text = read_text(path, LARGEST, encoding="utf-8-sig")
+    skipped = 1 if re.match('"?sep=', text) else 0  # a line that Excel writes above a table
+    delimiter = max(",;\t", key=text.split("\n", 2)[skipped].count)
     try:
-        for number, row in enumerate(csv.reader(StringIO(text), delimiter=delimiter, strict=True), start=1 + skipped):
-            cells = [cell.strip() for cell in row]
-            if any(cells):
-                rows.append((number, cells))
-            if len(rows) > _MOST_ROWS + 1:
-                raise BadValueError(path, "", f"has more than {_MOST_ROWS} rows, must have at most that many")
-    except csv.Error as error:
-        raise BadValueError(path, f"row {number + 1}", f"is not a row of a table: {error}") from error
-    return rows
+        table = pd.read_csv(
+            StringIO(text),
+            sep=delimiter,
+            header=None,
+            skiprows=skipped,
+            dtype=str,
+            keep_default_na=False,
+            skip_blank_lines=False,
+        )
+    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise BadValueError(path, "", f"is not a table: {str(error).rpartition(': ')[2].strip()}") from error
+    table.index += 1 + skipped
+    return name_cells(path, table, known, needed, renamed)._replace(has_commas=delimiter != ",")
+
+
+def name_cells(
+    path: Path, table: pd.DataFrame, known: Collection[str], needed: Sequence[str], renamed: Mapping[str, str]
+) -> Cells:
+    """Finds the columns of a table of texts, whose first row has their names; for the rest see ``read_cells``."""
+    table = table.map(lambda cell: "" if cell.strip().lower() == "n/a" else cell.strip())  # n/a is that of BIDS
+    table = table.loc[(table != "").any(axis=1), (table != "").any()]
+    if len(table) < 2:
+        raise BadValueError(path, "", "has no trials, must have a row of names and a row for each trial")
+    head = list(table.iloc[0])
+    check_names(path, "row 1", head)
+    labels: dict[str, str] = {}
+    by_theirs = {theirs: ours for ours, theirs in renamed.items()}
+    for ours, theirs in renamed.items():
+        if ours not in known:
+            raise BadValueError("--columns", "", describe_choice(ours, known))
+        if theirs not in head:
+            raise BadValueError(path, f"--columns {ours}", describe_choice(theirs, head))
+    for place, theirs in zip(table.columns.to_numpy(int).tolist(), head, strict=True):
+        plain = theirs.lower().replace(" ", "_")
+        name = by_theirs.get(theirs) or (plain if plain in known and plain not in renamed else theirs)
+        if not theirs or name in labels:
+            problem = f"is {theirs!r}, which occurs twice" if theirs else "has no name"
+            raise BadValueError(path, f"row 1, column {place + 1}", problem)
+        labels[name] = theirs
+    missing = [name for name in known if name not in labels]
+    for name in labels:
+        near = [each for each in missing if name.lower() in _OTHERS.get(each, ())]
+        near += difflib.get_close_matches(name.lower(), missing, n=1, cutoff=_ALIKE)
+        if name not in known and near and not name.startswith(OWN_VALUES):
+            problem = f"is {name!r}; did you mean {near[0]!r}? Then name it so, or say --columns {near[0]}={name}"
+            raise BadValueError(path, "row 1", problem)
+    for name in needed:
+        if name not in labels:
+            problem = f"is missing among {', '.join(head[:20])}; --columns {name}=NAME names the column to use"
+            raise BadValueError(path, name, problem)
+    return Cells(path, table.iloc[1:].set_axis([*labels], axis=1), labels)
+
+
+def refuse_cell(cells: Cells, place: int, name: str, problem: str) -> NoReturn:
+    """Raises a BadValueError about a cell, given by its row, from 0, and this program's name of its column."""
+    where = f"row {cells.texts.index[place]}, {cells.labels.get(name, name)}"
+    raise BadValueError(cells.path, where, problem)
+
+
+def read_names(cells: Cells, name: str, default: str) -> list[str]:
+    """Reads a column of names: single lines of visible characters."""
+    for row, cell in zip(cells.texts.index, cells.get(name), strict=True):
+        check_names(cells.path, f"row {row}, {cells.labels.get(name)}", [cell])
+    return [cell or default for cell in cells.get(name)]
+
+
+def read_choices(cells: Cells, name: str, known: Collection[str], default: str = "") -> list[str]:
+    """Reads a column whose cells must be among known names; case is ignored."""
+    by_name = {**{each.lower(): each for each in known}, **{each: each for each in known}}
+    texts = [cell or default for cell in cells.get(name)]
+    found = [by_name.get(cell, by_name.get(cell.lower(), "")) for cell in texts]
+    if "" in found:
+        refuse_cell(cells, found.index(""), name, describe_choice(texts[found.index("")], known))
+    return found
+
+
+def read_truths(cells: Cells, name: str) -> list[bool]:
+    """Reads a column of truth values; empty cells are true."""
+    for place, cell in enumerate(cells.get(name)):
+        if cell.lower() not in (*_TRUE, *_FALSE):
+            refuse_cell(cells, place, name, f"is {show_value(cell)}, must be yes or no")
+    return [cell.lower() not in _FALSE for cell in cells.get(name)]
+
+
+def read_numbers(
+    cells: Cells, name: str, low: float, high: float, unit: str = "", small: str = "", share: float = 1e-3
+) -> list[float]:
+    """Reads a column of numbers within bounds; empty cells are NaN.
+
+    If a value is out of bounds and seems to be in ``small``, a smaller unit (``share`` times ``unit``), the error
+    suggests the conversion.
+    """
+    found = []
+    for place, cell in enumerate(cells.get(name)):
+        try:
+            value = float(cell.replace(",", ".") if cells.has_commas else cell)
+        except ValueError:
+            value = math.nan
+        if cell and math.isnan(value):
+            of_unit = f" of {unit}" if unit else ""
+            refuse_cell(cells, place, name, f"is {show_value(cell)}, must be a number{of_unit}")
+        if cell:
+            check_cell(cells, place, name, value, low, high, unit, small, share)
+        found.append(value)
+    return found
+
+
+def check_cell(
+    cells: Cells,
+    place: int,
+    name: str,
+    value: float,
+    low: float,
+    high: float,
+    unit: str = "",
+    small: str = "",
+    share: float = 1e-3,
+) -> None:
+    """Refuses a number out of bounds; for the arguments see ``read_numbers``."""
+    if not low <= value <= high:
+        is_small = small and low <= share * value <= high
+        hint = (
+            f"{share * value:g} if {small} were meant"
+            if is_small
+            else f"the nearest is {min(max(value, low), high):g}"
+        )
+        refuse_cell(
+            cells, place, name, f"is {value:g}, must be from {low:g} to {high:g} {unit}".rstrip() + f"; {hint}"
+        )

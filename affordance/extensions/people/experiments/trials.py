@@ -9,14 +9,25 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from affordance.arguments import REPEATS
-from affordance.exceptions import BadValueError, describe_choice, find_hidden
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.shared.holds import OWN_VALUES
-from affordance.extensions.people.experiments.trial_cells import Cells, is_formula
+from affordance.extensions.people.experiments.trial_cells import (
+    Cells,
+    check_cell,
+    name_cells,
+    read_cells,
+    read_choices,
+    read_names,
+    read_numbers,
+    read_truths,
+    refuse_cell,
+)
 from affordance.objects.colour import is_colour, parse_colour
 from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.materials import Material
@@ -30,18 +41,14 @@ COLUMNS = (
     *("measured", "force"),
 )
 DURATION = 3.0  # of a hold, unless the table gives another, [s]
-# Bounds (SECURITY.md): trials of one participant; objects with their own mass or look, which take a millisecond each;
-# and colours, because a joint belief grows with their square.
-_MOST_TRIALS, _MOST_PRESENTED, _MOST_COLOURS = 5_000, 5_000, 50
 _LONGEST_HOLD = 60.0  # [s]
-# Bounds on cost (SECURITY.md): a lift takes 2 ms, a second of holding 0.05 s, and a row of results a kilobyte.
+# Bounds on cost: a lift takes 2 ms, a second of holding 0.05 s, and a row of results a kilobyte.
 _MOST_LIFTS, _MOST_SECONDS = 1_000_000, 200_000.0
 # Columns that the simulation adds to the table.
 WRITTEN = (
     *("observer", "learner", "lift", "repeat", "size", "expected", "believed_density", "weight", "felt", "kind"),
     *("surprise", "moved", "chosen", "tool", "place", "block", "expected_by_look", "heaviness"),
 )
-_LONGEST_CELL = 200  # characters in a cell of a further column
 
 
 class TrialTable(NamedTuple):
@@ -51,8 +58,7 @@ class TrialTable(NamedTuple):
         rows: Columns of ``COLUMNS``, in SI units; ``place``, the index of the participant; ``tool``, the index of the
             presented object in ``tools``; and the table's further columns as texts.
         tools: Objects as they are presented, with the mass and the look that their rows give them.
-        unused: Names of further columns that are left out, because their cells are not short single lines or their
-            names are needed for results.
+        unused: Names of further columns that are left out, because results need their names.
         source: File of the table.
         numbers: Number of each row in the file.
     """
@@ -77,7 +83,7 @@ def read_trials(
     columns: Mapping[str, str] = {},
     tasks: Collection[str] = (),
 ) -> TrialTable:
-    """Reads a trial table from a file and checks it; for the format see ``Cells.read``.
+    """Reads a trial table from a file and checks it; for the format see ``read_cells``.
 
     Args:
         path: File of the table.
@@ -90,7 +96,7 @@ def read_trials(
         BadValueError: The file cannot be read or is too large, or a cell is wrong. The message names the cell's row,
             as a spreadsheet counts, and its column.
     """
-    return _check(Cells.read(path, COLUMNS, columns), tools, materials, tasks)
+    return _check(read_cells(path, COLUMNS, ["object"], columns), tools, materials, tasks)
 
 
 def check_trials(
@@ -102,150 +108,106 @@ def check_trials(
     name: str = "trials",
 ) -> TrialTable:
     """Checks a table built in Python as if it had been read from a file; its first trial is row 2."""
-    rows = [
-        [str(each) for each in frame.columns],
-        *([_write(each) for each in row] for row in frame.to_numpy(object)),
-    ]
-    return _check(Cells(Path(name), list(enumerate(rows, start=1)), COLUMNS, None), tools, materials, tasks)
-
-
-def _write(value: Any) -> str:
-    """Writes a value as the exact text of a cell."""
-    return "" if pd.isna(value) else str(value)
+    texts = frame.astype(object).map(lambda cell: "" if pd.isna(cell) else str(cell)).to_numpy(object)
+    table = pd.DataFrame([[str(each) for each in frame.columns], *texts])
+    table.index += 1
+    return _check(name_cells(Path(name), table, COLUMNS, ["object"], {}), tools, materials, tasks)
 
 
 def _check(
     cells: Cells, tools: Sequence[Tool], materials: Mapping[str, Material], tasks: Collection[str]
 ) -> TrialTable:
     """Checks all cells, and makes the presented objects."""
-    if "object" not in cells.labels:
-        listed = ", ".join(list(cells.labels.values())[:20])
-        raise BadValueError(
-            cells.path, "object", f"is missing among {listed}; --columns object=NAME names the column to use"
-        )
     by_name = {tool.name: tool for tool in tools}
     rows = pd.DataFrame(
         {
-            "participant": cells.read_names("participant", "1"),
-            "group": cells.read_names("group", "all"),
-            "phase": cells.read_names("phase" if "phase" in cells.labels else "block", "all"),
-            "cycle": cells.read_numbers("cycle", 0, 1_000_000),
-            "object": cells.read_choices("object", by_name),
-            "do": cells.read_choices("do", DOINGS, "lift"),
-            "task": cells.read_names("task", ""),
-            "duration": cells.read_numbers("duration", 0.1, _LONGEST_HOLD, "s", "ms"),
-            "mass": cells.read_numbers("mass", 1e-3, 100.0, "kg", "g"),
-            "looks_like": cells.read_names("looks_like", ""),
-            "teaches": cells.read_truths("teaches"),
-            "measured": cells.read_truths("measured"),
-            "force": cells.read_numbers("force", -1e3, 1e3, "N", "mN"),
+            "participant": read_names(cells, "participant", "1"),
+            "group": read_names(cells, "group", "all"),
+            "phase": read_names(cells, "phase" if "phase" in cells.labels else "block", "all"),
+            "cycle": read_numbers(cells, "cycle", 0, 1_000_000),
+            "object": read_choices(cells, "object", by_name),
+            "do": read_choices(cells, "do", DOINGS, "lift"),
+            "task": read_names(cells, "task", ""),
+            "duration": read_numbers(cells, "duration", 0.1, _LONGEST_HOLD, "s", "ms"),
+            "mass": read_numbers(cells, "mass", 1e-3, 100.0, "kg", "g"),
+            "looks_like": read_names(cells, "looks_like", ""),
+            "teaches": read_truths(cells, "teaches"),
+            "measured": read_truths(cells, "measured"),
+            "force": read_numbers(cells, "force", -1e3, 1e3, "N", "mN"),
         }
     )
     _check_rows(cells, rows, by_name, tasks)
     rows["duration"] = rows["duration"].where(rows["duration"].notna() | (rows["do"] != "hold"), DURATION)
     rows["teaches"] &= rows["do"].isin(("lift", "hold"))
     rows["place"] = pd.factorize(rows["participant"])[0]
-    _check_participants(cells, rows)
     counted = rows.groupby(["place", "phase", "object"], sort=False).cumcount() + 1
     rows["cycle"] = rows["cycle"].where(rows["cycle"].notna(), counted).astype(int)
     rows["tool"], presented = _list_presented(cells, rows, by_name, materials)
     further = [name for name in cells.labels if name not in (*COLUMNS, "block")]
     taken = (*WRITTEN, *(name for name in further if name.startswith(OWN_VALUES)))
-    carried = [name for name in further if all(map(_is_carried, cells[name])) and name not in taken]
-    rows = rows.assign(**{name: cells[name] for name in carried})
-    unused = tuple(name for name in further if name not in carried)
-    return TrialTable(rows, presented, unused, cells.path, tuple(cells.numbers))
+    rows = rows.assign(**{name: cells.get(name) for name in further if name not in taken})
+    unused = tuple(name for name in further if name in taken)
+    return TrialTable(rows, presented, unused, cells.path, tuple(cells.texts.index))
 
 
 def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tasks: Collection[str]) -> None:
-    """Checks that the cells of each row fit together."""
-    given = {name: cells[name] for name in ("task", "duration", "force")}
+    """Checks that the cells of each row fit together, and that each participant is in one group."""
+    given = {name: cells.get(name) for name in ("task", "duration", "force")}
+    groups: dict[str, str] = {}
     for place, row in enumerate(rows.to_dict("records")):
-        cycle, do, task = row["cycle"], row["do"], row["task"]
+        cycle, do, participant = row["cycle"], row["do"], row["participant"]
         if not (math.isnan(cycle) or cycle.is_integer()):
-            cells.refuse(place, "cycle", f"is {cycle:g}, must be a whole number; the nearest is {cycle:.0f}")
-        if do == "choose" and task not in tasks:
-            known = ", ".join(tasks)
-            problem = describe_choice(task, tasks) if task else f"is empty, must be one of {known} to choose a grip"
-            cells.refuse(place, "task", problem)
+            refuse_cell(cells, place, "cycle", f"is {cycle:g}, must be a whole number; the nearest is {cycle:.0f}")
+        if do == "choose" and row["task"] not in tasks:
+            refuse_cell(cells, place, "task", describe_choice(row["task"], tasks))
         if do == "choose" and len(tools[row["object"]].grips) < 2:
-            cells.refuse(place, "object", f"is {row['object']!r}, which has fewer than two grips to choose from")
+            refuse_cell(
+                cells, place, "object", f"is {row['object']!r}, which has fewer than two grips to choose from"
+            )
         for name, only in (("task", "choose"), ("duration", "hold"), ("force", "lift")):
             if given[name][place] and do != only:
-                cells.refuse(place, name, f"is {given[name][place]}, must be empty where do is {do!r}, not {only!r}")
-
-
-def _check_participants(cells: Cells, rows: pd.DataFrame) -> None:
-    """Checks that each participant is in one group, and does not have too many trials."""
-    groups: dict[str, str] = {}
-    for place, (participant, group) in enumerate(zip(rows["participant"], rows["group"], strict=True)):
-        if (known := groups.setdefault(participant, group)) != group:
-            problem = f"is {group!r}, must be {known!r}, as in the rows above of participant {participant}"
-            cells.refuse(place, "group", problem)
-    number = rows.groupby("place").cumcount() + 1
-    if (number > _MOST_TRIALS).any():
-        place = int((number > _MOST_TRIALS).to_numpy().argmax())
-        name = rows["participant"].iloc[place]
-        problem = f"is {name!r}, who has more than {_MOST_TRIALS} trials, must have at most that many"
-        cells.refuse(place, "participant", problem)
+                refuse_cell(
+                    cells, place, name, f"is {given[name][place]}, must be empty where do is {do!r}, not {only!r}"
+                )
+        if (known := groups.setdefault(participant, row["group"])) != row["group"]:
+            problem = f"is {row['group']!r}, must be {known!r}, as in the rows above of participant {participant}"
+            refuse_cell(cells, place, "group", problem)
 
 
 def _list_presented(
     cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], materials: Mapping[str, Material]
-) -> tuple[list[int], tuple[Tool, ...]]:
+) -> tuple[pd.Series, tuple[Tool, ...]]:
     """Lists the presented objects, each mass and look once, and the index of each row's object."""
-    known: dict[tuple[str, float | None, str], int] = {}
-    presented: list[Tool] = []
-    places = []
-    for place, (name, mass, look) in enumerate(zip(rows["object"], rows["mass"], rows["looks_like"], strict=True)):
-        key = (name, None if math.isnan(mass) else mass, look)
-        if key not in known:
-            if len(known) == _MOST_PRESENTED:
-                problem = (
-                    f"exceeds the limit of {_MOST_PRESENTED} different objects; rows that give an object another"
-                )
-                cells.refuse(place, "object", f"{problem} mass or look count as different objects")
-            known[key] = len(presented)
-            presented.append(_present(cells, place, tools[name], *key[1:], materials))
-        places.append(known[key])
-    colours = {part.looks_like.colour for tool in presented for part in tool.components}
-    if len(colours) > _MOST_COLOURS:
-        problem = f"show {len(colours)} colours, must show at most {_MOST_COLOURS}"
-        raise BadValueError(cells.path, "the objects", problem)
-    return places, tuple(presented)
+    numbers = rows.fillna({"mass": 0.0}).groupby(["object", "mass", "looks_like"], sort=False).ngroup()
+    firsts = np.unique(numbers, return_index=True)[1]
+    return numbers, tuple(_present(cells, int(place), rows.iloc[place], tools, materials) for place in firsts)
 
 
 def _present(
-    cells: Cells, place: int, tool: Tool, mass: float | None, look: str, materials: Mapping[str, Material]
+    cells: Cells, place: int, row: pd.Series, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> Tool:
     """Returns an object with the mass and look that a row gives; all its densities change by one factor."""
+    tool, mass, look = tools[row["object"]], row["mass"], row["looks_like"]
     parts = tool.components
-    if mass is not None:
+    if not math.isnan(mass):
+        densities = [part.material.density for part in parts]
+        least, most = DENSITY_MIN / min(densities) * tool.mass, DENSITY_MAX / max(densities) * tool.mass
+        unit = f"kg for {tool.name} to have a density from {DENSITY_MIN:g} to {DENSITY_MAX:g} kg/m^3"
+        check_cell(cells, place, "mass", mass, least, most, unit, "g")
         factor = mass / tool.mass
-        for part in parts:
-            density = factor * part.material.density
-            if not DENSITY_MIN <= density <= DENSITY_MAX:
-                least, most = (bound / part.material.density * tool.mass for bound in (DENSITY_MIN, DENSITY_MAX))
-                hint = f"; {1e-3 * mass:g} if g were meant" if least <= 1e-3 * mass <= most else ""
-                hint = hint or f"; the nearest is {min(max(mass, least), most):.3g}"
-                problem = f"gives {tool.name} a density of {density:.3g} kg/m^3, must be from {DENSITY_MIN:g} to"
-                cells.refuse(place, "mass", f"is {mass:g} kg and {problem} {DENSITY_MAX:g}{hint}")
         parts = tuple(
             replace(part, material=replace(part.material, density=factor * part.material.density)) for part in parts
         )
-    if look:
-        if is_colour(look):
-            shown = [replace(part.material, name=look, colour=parse_colour(look)) for part in parts]
-        elif look in materials:
-            shown = [materials[look]] * len(parts)
-        else:
-            cells.refuse(place, "looks_like", f"{describe_choice(look, materials)}; or a colour such as '#8c8c8c'")
+    if is_colour(look):
+        shown = [replace(part.material, name=look, colour=parse_colour(look)) for part in parts]
         parts = tuple(replace(part, looks_like=each) for part, each in zip(parts, shown, strict=True))
+    elif look:
+        if look not in materials:
+            refuse_cell(
+                cells, place, "looks_like", f"{describe_choice(look, materials)}; or a colour such as '#8c8c8c'"
+            )
+        parts = tuple(replace(part, looks_like=materials[look]) for part in parts)
     return replace(tool, components=parts)
-
-
-def _is_carried(cell: str) -> bool:
-    return len(cell) <= _LONGEST_CELL and not find_hidden(cell) and not is_formula(cell)
 
 
 def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
