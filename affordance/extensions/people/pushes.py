@@ -120,7 +120,7 @@ def _find_objects(cells: Cells, tools: Mapping[str, Tool]) -> tuple[NDArray[np.i
         if empty.any():
             problem = "is empty, must say what was lifted; or --objects names a file"
             refuse_cell(cells, int(empty.argmax()), column, problem)
-    numbers = rows.groupby([*rows], sort=False).ngroup().to_numpy(np.intp)
+    numbers = np.array(rows.groupby([*rows], sort=False).ngroup(), dtype=np.intp)
     looks = pd.factorize(rows["looks_like"])[0]
     made = []
     for place in np.unique(numbers, return_index=True)[1].tolist():
