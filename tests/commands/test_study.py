@@ -18,7 +18,6 @@ from affordance.files.model_folder import list_studies
         ("study people --lowest 0", "--lowest: is 0, must be above 0"),
         ("study people --count 2", "--count: is 2, must be at least 3"),
         ("study people --repeats 1", "--repeats: is 1, must be at least 2"),
-        ("fit-kappa --set noise.independent_samples=true", "noise.independent_samples: is true, must be false"),
         ("study payload --repeats 0", "--repeats: is 0, must be from 1 to 100000"),
         ("study payload --only pandas", "--only: is 'pandas', must be one of panda, ur"),
         ("study payload --jobs -2", "--jobs: is -2, must be from 1 to "),

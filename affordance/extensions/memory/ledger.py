@@ -382,7 +382,18 @@ class Ledger:
                     for definition in _DEFINITIONS:
                         self._connection.execute(definition)
         elif found != set(_DEFINITIONS):
-            problem = "is a database of another program or version, must be a memory that a command has written"
+            tables = (
+                ", ".join(
+                    sorted(
+                        name
+                        for (name,) in self._connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")
+                    )
+                )
+                or "none"
+            )
+            problem = (
+                f"is a database of another program (tables: {tables}), must be a memory that a command has written"
+            )
             raise BadValueError(self.place, "", problem)
         self._connection.execute(f"PRAGMA max_page_count={LARGEST_FILE // page_size}")
 
@@ -445,7 +456,7 @@ def export_trials(ledger: Ledger, path: Path) -> int:
 
 
 def import_trials(path: Path) -> list[TrialEvidence]:
-    """Reads a file that ``export_trials`` wrote; a file that is none raises a BadValueError."""
+    """Reads a file that ``export_trials`` wrote; any other file raises a BadValueError."""
     lines = enumerate(read_text(path, LARGEST_FILE).split("\n"), 1)
     return [read_record(path, f"line {number}", line) for number, line in lines if line]
 
@@ -483,7 +494,7 @@ def describe_past_arms(robot: str, number: int) -> str:
 
 
 def _check_place(place: Path | str, *, create: bool) -> Path:
-    """Returns the path of a memory; refuses a file that is none, or that does not exist and cannot be created."""
+    """Returns the path of a memory; refuses any other file, or one that does not exist and cannot be created."""
     if not isinstance(place, str | Path) or not str(place):
         raise BadArgumentError("place", "", f"is {place!r}, must be the path of an SQLite file")
     path = Path(place)
