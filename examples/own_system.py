@@ -34,9 +34,8 @@ runner = TrialRunner()
 trial = runner.get_diagram()
 
 builder = DiagramBuilder()
-paper = builder.AddNamedSystem(
-    "paper", trial.diagram
-)  # figure 2, with features, measured_tau and posterior as outputs
+# Figure 2. Its outputs are what is seen (features), felt (measured_tau, measured_state, measured_vdot) and believed.
+paper = builder.AddNamedSystem("paper", trial.diagram)
 watch = builder.AddNamedSystem("mass_watch", MassWatch())
 builder.Connect(paper.GetOutputPort("posterior"), watch.GetInputPort("posterior"))
 trial.diagram = builder.Build()  # which the trial now sets up and runs

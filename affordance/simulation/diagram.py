@@ -170,7 +170,8 @@ class TrialDiagram:
             connect(self._proprioception, f"measured_{name}", self._estimator, name)
         # For systems of a user's own.
         builder.ExportOutput(self._feature_sensor.GetOutputPort("features"), "features")
-        builder.ExportOutput(self._proprioception.GetOutputPort("measured_tau"), "measured_tau")
+        for felt in ("measured_tau", "measured_state", "measured_vdot"):
+            builder.ExportOutput(self._proprioception.GetOutputPort(felt), felt)
         builder.ExportOutput(self._estimator.GetOutputPort("posterior"), "posterior")
 
         self._posterior_log = None

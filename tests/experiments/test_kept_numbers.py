@@ -7,8 +7,9 @@ import math
 import pytest
 from helpers.shipped_runs import KEPT, NAMES, list_kept
 
-# Kernels of another processor differ by some 1e-14.
-_TOLERANCE = 1e-9
+# Kernels of another processor differ by some 1e-14, which a blow's contact amplifies: its peak force differed by 1.7e-9
+# and a change of its cost by 2.3e-9 on an AMD EPYC.
+_TOLERANCE = 1e-8
 
 
 def list_differences(found, kept, place=""):
@@ -36,8 +37,8 @@ def test_every_experiment_has_kept_numbers_and_nothing_else_does():
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
-        ("share", 0.5 * (1.0 + 2e-9), 1),
-        ("share", 0.5 * (1.0 + 5e-10), 0),
+        ("share", 0.5 * (1.0 + 2e-8), 1),
+        ("share", 0.5 * (1.0 + 5e-9), 0),
         ("count", 4, 1),
         ("count", 3.0, 1),
         ("met", False, 1),

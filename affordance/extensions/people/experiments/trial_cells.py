@@ -77,10 +77,16 @@ def read_cells(path: Path, known: Collection[str], needed: Sequence[str], rename
             dtype=str,
             keep_default_na=False,
             skip_blank_lines=False,
+            engine="python",  # which tells a cell that is not there from an empty one
         )
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise BadValueError(path, "", f"is not a table: {str(error).rpartition(': ')[2].strip()}") from error
     table.index += 1 + skipped
+    short = table.isna().any(axis=1) & table.notna().any(axis=1)
+    if short.any():
+        row = short.idxmax()
+        problem = f"has {table.loc[row].count()} cells, must have {table.shape[1]}, as the row of names has"
+        raise BadValueError(path, f"row {row}", problem)
     return name_cells(path, table, known, needed, renamed)._replace(has_commas=delimiter != ",")
 
 
@@ -88,7 +94,9 @@ def name_cells(
     path: Path, table: pd.DataFrame, known: Collection[str], needed: Sequence[str], renamed: Mapping[str, str]
 ) -> Cells:
     """Finds the columns of a table of texts, whose first row has their names; for the rest see ``read_cells``."""
-    table = table.map(lambda cell: "" if cell.strip().lower() == "n/a" else cell.strip())  # n/a is that of BIDS
+    table = table.fillna("").map(
+        lambda cell: "" if cell.strip().lower() == "n/a" else cell.strip()
+    )  # n/a is that of BIDS
     table = table.loc[(table != "").any(axis=1), (table != "").any()]
     if len(table) < 2:
         raise BadValueError(path, "", "has no trials, must have a row of names and a row for each trial")

@@ -175,7 +175,7 @@ MISTAKES = [
     ("", "is not a table: No columns to parse from file"),
     ("group,object\n\u202egnp,small\n", "row 2, group: is '\\u202egnp', must be without the hidden character U+202E"),
     ("group,a\u202eb,object\nA,1,small\n", "row 1: is 'a\\u202eb', must be without the hidden character U+202E"),
-    ('object,mass\n"small,0.2\n', "is not a table: EOF inside string starting at row 1"),
+    ('object,mass\n"small,0.2\n', "is not a table: unexpected end of data"),
     (b"object,mass\nsm\xe4ll,0.2\n", "is not a text file in UTF-8"),
 ]
 
@@ -185,8 +185,8 @@ def test_mistake_is_answered_with_its_row_and_column(read, text, said):
     assert said in refuse(read, text)
 
 
-def test_cells_that_are_missing_at_the_end_of_a_row_are_empty(read):
-    assert read("object,group,do\nsmall\nlarge,all\n").rows["do"].tolist() == ["lift", "lift"]
+def test_row_that_ends_early_is_refused(read):
+    assert "row 2: has 1 cells, must have 3" in refuse(read, "object,group,do\nsmall\nlarge,all,\n")
 
 
 def test_size_of_a_table_is_bounded(read, monkeypatch):
