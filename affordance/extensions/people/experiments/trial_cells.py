@@ -84,8 +84,8 @@ def read_cells(path: Path, known: Collection[str], needed: Sequence[str], rename
     table.index += 1 + skipped
     short = table.isna().any(axis=1) & table.notna().any(axis=1)
     if short.any():
-        row = short.idxmax()
-        problem = f"has {table.loc[row].count()} cells, must have {table.shape[1]}, as the row of names has"
+        row = int(short.idxmax())
+        problem = f"has {int(table.notna().sum(axis=1)[row])} cells, must have {table.shape[1]}, as the row of names has"
         raise BadValueError(path, f"row {row}", problem)
     return name_cells(path, table, known, needed, renamed)._replace(has_commas=delimiter != ",")
 
