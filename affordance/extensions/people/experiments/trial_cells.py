@@ -82,11 +82,10 @@ def read_cells(path: Path, known: Collection[str], needed: Sequence[str], rename
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
         raise BadValueError(path, "", f"is not a table: {str(error).rpartition(': ')[2].strip()}") from error
     table.index += 1 + skipped
-    short = table.isna().any(axis=1) & table.notna().any(axis=1)
-    if short.any():
-        row = int(short.idxmax())
-        problem = f"has {int(table.notna().sum(axis=1)[row])} cells, must have {table.shape[1]}, as the row of names has"
-        raise BadValueError(path, f"row {row}", problem)
+    for row, count in table.notna().sum(axis=1).items():
+        if 0 < count < table.shape[1]:
+            problem = f"has {count} cells, must have {table.shape[1]}, as the row of names has"
+            raise BadValueError(path, f"row {row}", problem)
     return name_cells(path, table, known, needed, renamed)._replace(has_commas=delimiter != ",")
 
 
