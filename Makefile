@@ -32,7 +32,8 @@ $(VENV)/docs.stamp: $(VENV)/run.stamp
 	@touch $@
 
 run: $(VENV)/run.stamp ## run the four simulations and vision with 100 observers, and write results/report.html
-	$(PYTHON) run_experiments.py --repeats 100
+	$(PYTHON) run_experiments.py all --repeats 100
+	$(PYTHON) run_experiments.py vision --repeats 100
 
 # Compiled modules are kept, whatever the environment says: processes that tests start would compile them anew.
 test: $(VENV)/dev.stamp ## run the test suite

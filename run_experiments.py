@@ -1,8 +1,8 @@
 """Runs the paper's simulations and writes their numbers, figures and report: the same as ``affordance run``.
 
-run_experiments.py [weight|com|reach|hammer|vision|all|PROTOCOL] [--repeats N] [--seed S] [--jobs J]
+run_experiments.py [weight|com|reach|hammer|vision|all|FILE.py] [--repeats N] [--seed S] [--jobs J]
                    [--out DIR] [--robot DIR | --robot FILE --tip NAME] [--vision features|pixels] [--learner NAME]
-                   [--fault NAME] [--cluster ADDRESS]
+                   [--fault NAME]
 """
 
 import sys

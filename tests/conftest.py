@@ -40,17 +40,16 @@ HERE = Path(__file__).parent
 # Files of about eight seconds and more, about in order.
 LONGEST = (
     "experiments/test_counter_examples.py",
-    "vision/pixels/test_seen_tool.py",
+    "extensions/pixels/test_seen_tool.py",
     "studies/calibration/test_calibration.py",
     "system/test_command_line.py",
     "commands/watch/test_watch.py",
     "extensions/payload/test_identify.py",
-    "runs/test_cluster.py",
     "system/test_readme.py",
     "extensions/payload/test_doubts.py",
     "belief/test_truncated_normal.py",
-    "robots/test_fitting.py",
-    "commands/test_identify.py",
+    "extensions/robots/test_fitting.py",
+    "commands/payload/test_identify.py",
 )
 DRAFT_DPI = 60
 save_finely = Figure.savefig

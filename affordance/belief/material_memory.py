@@ -24,7 +24,7 @@ from affordance.belief.density_belief import (
 )
 from affordance.belief.felt_object import AtHand, FeltObject, Thing
 from affordance.belief.learner import Groups, Learner, Seen, State, describe_prior
-from affordance.belief.learners import check_learner
+from affordance.belief.learners import DENSITY, check_learner
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
 from affordance.belief.prior import Prior
@@ -77,7 +77,7 @@ class MaterialMemory:
         7850
     """
 
-    learner: Learner = "density"  # type: ignore[assignment]  # replaced by the learner of this name
+    learner: Learner = DENSITY
     seed: tuple[int, ...] = (0,)
     colours: tuple[Colour, ...] = ()
     state: State = field(default_factory=dict)

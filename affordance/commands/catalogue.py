@@ -91,7 +91,7 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
             "robots",
         ),
         "excite": Entry(
-            "design a motion from which mass, centre of mass, inertia or the cost of a task can be identified",
+            "design a motion from which mass, centre of mass or inertia can be identified",
             "--for com",
             "payload",
         ),

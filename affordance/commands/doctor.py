@@ -93,8 +93,9 @@ def _check_solvers() -> str:
 
 
 def _check_renderer() -> str:
-    message: str = importlib.import_module("affordance.extensions.pixels.pixel_eye").check_renderer()
-    return message
+    from affordance.extensions.pixels.pixel_eye import check_renderer  # imported here: it needs Drake
+
+    return check_renderer()
 
 
 def _check_graphviz() -> str:

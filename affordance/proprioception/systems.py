@@ -14,6 +14,7 @@ from affordance.proprioception.estimator import Inference, TorqueStatistics, com
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.outlier_check import SampleStatus, check_reading, check_torque
 from affordance.proprioception.torque_noise import NoiseModel, draw_acceleration_error
+from affordance.runs.random_streams import Stream
 
 
 class SampleCounts(NamedTuple):
@@ -176,7 +177,7 @@ class Proprioception(SampledSystem):
         felt = self._feel(context)
         if self._faults != NO_FAULTS:
             # One number longer than the seeds of sensing errors, so that faults and errors are independent.
-            seed = (*self._seed.get(context), self._count_samples(context), 1)
+            seed = (*self._seed.get(context), self._count_samples(context), Stream.FAULT)
             if self._faults.delay_samples:
                 felt = context.get_discrete_state(self._late).value()[: self._num_joints]
             felt = self._faults.distort(felt, self._noise.compute_sd(self._tau.Eval(context)), self._stuck, seed)

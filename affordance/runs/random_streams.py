@@ -15,13 +15,15 @@ import numpy as np
 from affordance.arrays import Array
 
 
-@enum.unique
 class Stream(enum.IntEnum):
     """Purpose of a random draw."""
 
     SEEING = 0  # after the seed of a trial: errors of the features
     SENSING = 1  # after the seed of a trial: errors of measured torques and accelerations
+    FAULT = 1  # after the number of a sample: faults of the torque sensor
+    LIFT_DENSITY = 1  # after the number of a lift in closed form: the density that is lifted with
     CONTROL = 2  # after the seed of a trial: the density that the controller draws
+    PUSH = 2  # after the number of a lift in closed form: the error of the push
     TEST = 10**5  # in place of the trial: holds that test learning (com)
     ORDER = 10**6  # order in which an observer is given objects
     PAPER = 10**6 + 1  # choices with the paper's rule

@@ -88,13 +88,14 @@ def compute_key(inputs: Any, models: Path | Sequence[Path], *programs: Any) -> s
         models: Folder of models, of which only the files that the program reads count, or files.
         programs: Functions, classes and objects that are run. For one from elsewhere all Python files in the folder
             of its module count, or in its package; for one without a file, as in a notebook, its code. Extensions of
-            this package count if one of them is run.
+            this package are left out only for programs of the paper, which import none.
     """
     described = json.dumps(to_plain(inputs), sort_keys=True, default=_identify)
     digest = hashlib.sha256(f"{described} {list_versions()}".encode())
     modules = [_find_module(each) for each in programs]
-    runs_extension = any(module.__name__.startswith("affordance.extensions.") for module in modules)
-    left_out = _DECIDE_NOTHING if runs_extension else {*_DECIDE_NOTHING, "extensions"}
+    names = [module.__name__.split(".") for module in modules]
+    of_paper = all(name[0] == "affordance" and name[1:2] != ["extensions"] for name in names)
+    left_out = {*_DECIDE_NOTHING, "extensions"} if of_paper else _DECIDE_NOTHING
     named = [
         (str(path.relative_to(_PACKAGE)), path)
         for path in sorted(_PACKAGE.rglob("*.py"))

@@ -192,6 +192,15 @@ def test_key_stays_where_only_what_reports_changes(program):
     assert compute_key("", MODELS) == key
 
 
+def test_key_of_a_program_from_elsewhere_counts_the_extensions(program):
+    keys = [compute_key("", (), each) for each in (weight_experiment.observe, square)]
+    path = program / "extensions" / "people" / "participant.py"
+    path.write_text(f"{path.read_text(encoding='utf-8')}# another number")
+    again = [compute_key("", (), each) for each in (weight_experiment.observe, square)]
+    assert again[0] == keys[0]
+    assert again[1] != keys[1]
+
+
 def test_key_changes_with_every_other_source(program, monkeypatch):
     read = []
     monkeypatch.setattr(repeats, "read_bytes", lambda path, *rest: read.append(path) or read_bytes(path, *rest))

@@ -112,9 +112,9 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     remarks: tuple[str, ...] = ()
-    if arguments.tools.suffix.lower() == ".urdf":
-        from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
+    from affordance.extensions.robots.object_file import SUFFIX, read_object  # imported here, as few files need it
 
+    if arguments.tools.suffix.lower() == SUFFIX:
         tool, remarks = read_object(arguments.tools, materials)
         known: tuple[Tool, ...] = (tool,)
     else:

@@ -176,12 +176,12 @@ class StaticLifter:
                 before = self._learner.expect(own, seen)
                 mode = before.compute_mode(DENSITY_FLOOR)
                 expected[number, rows] = np.vecdot(Phi[:, 0], mode)
-                rho = self._estimate(before, mode, [(*seeds[row], number + 1, Stream.SENSING) for row in rows])
+                rho = self._estimate(before, mode, [(*seeds[row], number + 1, Stream.LIFT_DENSITY) for row in rows])
                 weight = np.vecdot(Phi[:, 0], rho) * self.gravity
                 if pushes is None:
                     force[number, rows] = weight
                 else:
-                    draws = ObserverDraws([(*seeds[row], number + 1, Stream.CONTROL) for row in rows])
+                    draws = ObserverDraws([(*seeds[row], number + 1, Stream.PUSH) for row in rows])
                     force[number, rows] = pushes.take(rows).draw(weight, last[rows], draws)
                 last[rows] = weight
                 first = self._first[lifted]

@@ -224,8 +224,6 @@ def fit_path(models: Path, simulate: SimulatePath) -> TaskFit:
 
 def fit_carry(models: Path) -> TaskFit:
     """Finds a path along which the arm can carry every novel object by each of its grips, by planning only."""
-    if not (models / CARRY).is_file():
-        return TaskFit(())
     settings, asked = Settings(arm=models / ARM.name), load_task(models, "carry")
     assert isinstance(asked, Carry)
     model = ArmModel(load_arm(settings.arm))
