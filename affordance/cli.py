@@ -58,13 +58,19 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     except ImportError as error:  # a missing library, or too little memory to load it
         problem = describe_import_error(error)
     except BrokenPipeError:
-        with Path(os.devnull).open("wb") as nowhere:
-            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # the interpreter flushes again when it exits
+        _drop_output()
         return _NO_READER
     except OSError as error:  # a full disk, a removed folder
+        _drop_output()
         problem = describe_system_error(error)
     print(format_error(program, problem, sys.stderr), file=sys.stderr)
     return 2
+
+
+def _drop_output() -> None:
+    """Leads standard output nowhere, since the interpreter flushes what could not be written again when it exits."""
+    with contextlib.suppress(OSError, ValueError, AttributeError), Path(os.devnull).open("wb") as nowhere:
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 def _run(words: Sequence[str], program: str) -> int:

@@ -112,6 +112,8 @@ def test_reader_that_goes_ends_a_command_quietly(children, words):
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 def test_output_that_cannot_be_written_is_one_line(children):
     with Path("/dev/full").open("w", encoding="utf-8") as full:
-        child = children([sys.executable, "-m", "affordance", "--help"], stdout=full)
+        # Unbuffered output would fail only once; the interpreter flushes buffered output again when it exits.
+        buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+        child = children([sys.executable, "-m", "affordance", "--help"], stdout=full, env=buffered)
         _, err = child.communicate()
     assert (child.returncode, err) == (2, "affordance: No space left on device\n")

@@ -45,11 +45,11 @@ def compare_with_mujoco(path: Path, arm: ReducedArm) -> float:
 def _compile(path: Path) -> Any:
     """Compiles a model, without its meshes if they are missing."""
     try:
-        return mujoco.MjModel.from_xml_path(str(path))
+        return mujoco.MjSpec.from_file(str(path)).compile()  # MjModel would log warnings to a file here
     except ValueError:
         root = ElementTree.parse(path).getroot()
         for parent in [*root.iter()]:
             for child in [*parent]:
                 if child.tag in ("mesh", "texture", "hfield", "skin") or "mesh" in child.attrib:
                     parent.remove(child)
-        return mujoco.MjModel.from_xml_string(ElementTree.tostring(root, encoding="unicode"))
+        return mujoco.MjSpec.from_string(ElementTree.tostring(root, encoding="unicode")).compile()

@@ -88,7 +88,7 @@ RECORDINGS = {
     "arrays": ("loaded.npz", b"PK\x03\x04" + b"\xff" * 100, "is not a .npz file of numbers"),
     "database": ("loaded.db3", FOREVER, "cannot be read as a ROS bag: "),
     "memory": ("memory.json", "{" * 100_000, "memory.json: is not an SQLite file, must be a memory"),
-    "ledger": ("ledger.db3", FOREVER, "is a database of another program (tables: none)"),
+    "ledger": ("ledger.db3", FOREVER, "is a database of another program or version (tables: none)"),
     "hidden column": (
         "loaded.csv",
         "time,q_1,tau_\u202e1\n0,0,1\n",

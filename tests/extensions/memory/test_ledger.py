@@ -393,7 +393,7 @@ def test_tables_that_the_program_does_not_write_are_refused_and_not_calculated(l
     with closing(sqlite3.connect(ledger.place, autocommit=True)) as connection:
         connection.executescript(script)
     before = ledger.place.read_bytes()
-    assert "is a database of another program or version, must be a memory" in refuse(open_memory, ledger.place)
+    assert "is a database of another program or version (tables: " in refuse(open_memory, ledger.place)
     assert ledger.place.read_bytes() == before
 
 
