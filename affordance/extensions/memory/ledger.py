@@ -391,7 +391,9 @@ class Ledger:
                 )
                 or "none"
             )
-            problem = f"is a database of another program or version (tables: {tables}), must be a memory of this program"
+            problem = (
+                f"is a database of another program or version (tables: {tables}), must be a memory of this program"
+            )
             raise BadValueError(self.place, "", problem)
         self._connection.execute(f"PRAGMA max_page_count={LARGEST_FILE // page_size}")
 
