@@ -20,7 +20,7 @@ from pydrake.systems.framework import Context
 
 from affordance.arrays import Array, build_symmetric
 from affordance.exceptions import BadValueError
-from affordance.extensions.robots.arm_checks import find_limits
+from affordance.extensions.robots.arm_checks import find_limits, gather
 from affordance.extensions.robots.chain import Chain, choose_tip, find_chain, group_bodies
 from affordance.extensions.robots.description import EARTH, build_pose
 from affordance.extensions.robots.reader import read_robot
@@ -78,6 +78,7 @@ class ArmData(NamedTuple):
 
     joints: tuple[JointData, ...]
     tip: str
+    faults: tuple[str, ...]  # inertias that no solid can have, for which the nearest possible ones are used
     p_tip: Array  # position of the tip, (3,), [m]
     up: Array  # direction against gravity, (3,)
     X_WB: RigidTransform  # pose of the base
@@ -145,7 +146,11 @@ def read_joints(path: Path, tip: str = "") -> ArmData:
         )
     X_WB, p_tip = chain.base.body_frame().CalcPoseInWorld(context), chain.tip.CalcPoseInWorld(context).translation()
     up = _find_up(path) if path.is_dir() else turn_up(tree.description.up or "z").rotation().matrix()[2]
-    return ArmData(tuple(found), str(chain.tip.name()), p_tip, up, X_WB, _make_model(tree, chain, context, up))
+    bodies = [tree.key(body) for group in group_bodies(tree, chain) for body in group]
+    mended = [(name, tree.description.mended[name][0]) for name in bodies if name in tree.description.mended]
+    faults = gather(("link", name, fault, "") for name, fault in mended)
+    said = tuple(f"{path.name}: {where} {fault}; the nearest possible one is compared" for where, fault, _ in faults)
+    return ArmData(tuple(found), str(chain.tip.name()), said, p_tip, up, X_WB, _make_model(tree, chain, context, up))
 
 
 def _find_up(folder: Path) -> Array:
@@ -203,6 +208,7 @@ def _list_stated(one: JointData, other: JointData) -> Iterator[str]:
 
 
 def _list_remarks(one: ArmData, other: ArmData, laid: "_Laid", *, same_tip: bool) -> Iterator[str]:
+    yield from dict.fromkeys((*one.faults, *other.faults))
     pairs = list(zip(one.joints, other.joints, strict=True))
     if any((a.velocity is None) != (b.velocity is None) for a, b in pairs):
         yield "velocity limits are not compared: an MJCF has none"
