@@ -128,7 +128,7 @@ def _list_arguments(texts: Iterable[str]) -> Iterator[tuple[str, str | None]]:
 
 def _describe(arguments: Mapping[str, str | None]) -> str:
     if not arguments:
-        return "the template has no arguments"
+        return "the template declares no arguments"
     shown = {None: "no default", "": "empty by default"}
     listed = [f"{name} ({shown.get(default, default)})" for name, default in arguments.items()]
     return f"the template's arguments: {', '.join(listed)}"
