@@ -350,19 +350,24 @@ def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator
 
 
 def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> _PlannedBlow:
-    """Plans blows of one duration with every tool; stops at a tool whose depth is at most ``least``, [m]."""
+    """Plans blows of one duration with every tool; stops at a tool whose depth is at most ``least``, [m].
+
+    The tool that reaches the least depth moves to the front of the list, because it probably does so again.
+    """
     model, depth, reason = ArmModel(load_arm(settings.arm)), task.nail.depth_demanded, ""
     costs: dict[tuple[str, str], BlowCost] = {}
-    for tool in tools:
+    weakest = 0
+    for k, tool in enumerate(tools):
         cost = task.build_cost(model, tool.components, settings)
         costs[tool.name, tool.grip] = cost
         reached = _bound_depth(cost, tool)
         if reached < depth:
-            depth = reached
+            depth, weakest = reached, k
             reason = f"with {name_object(tool.name)} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}"
         if depth <= least:
-            return _PlannedBlow(task, least, reason, costs)
-    return _PlannedBlow(task, depth, reason, costs)
+            break
+    tools.insert(0, tools.pop(weakest))
+    return _PlannedBlow(task, max(depth, least), reason, costs)
 
 
 def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, simulate: SimulateBlow) -> str:
