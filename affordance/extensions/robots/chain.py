@@ -280,10 +280,9 @@ def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
     """
     finger = _climb_limb(tree, body.body_frame())
     jaw = next((joint for joint in tree.climb(body) if joint.num_velocities()), None)
-    is_outer = finger.obstacle is not None or (
-        jaw is not None and _is_jaw(tree, jaw)
-    )  # perhaps a finger's outer link
-    if jaw is not None and _is_jaw(tree, jaw):
+    if jaw is not None and not _is_jaw(tree, jaw):
+        jaw = None
+    if jaw is not None:
         carrier = jaw.parent_body()
     elif finger.obstacle is not None:
         carrier = finger.obstacle[0].parent_body()
@@ -303,7 +302,8 @@ def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
             break
     further = _find_hand(tree, carrier) if carrier.index() != body.index() else None
     if arm.obstacle is not None or len(arm.joints) < FEWEST_JOINTS or len(arm.joints) < own:
-        return further if is_outer else None
+        # The outer link of a finger hangs on the inner one, not on an arm.
+        return None if jaw is None and finger.obstacle is None else further
     return further or carrier
 
 

@@ -146,8 +146,8 @@ def read_joints(path: Path, tip: str = "") -> ArmData:
         )
     X_WB, p_tip = chain.base.body_frame().CalcPoseInWorld(context), chain.tip.CalcPoseInWorld(context).translation()
     up = _find_up(path) if path.is_dir() else turn_up(tree.description.up or "z").rotation().matrix()[2]
-    bodies = [tree.key(body) for group in group_bodies(tree, chain) for body in group]
-    mended = [(name, tree.description.mended[name][0]) for name in bodies if name in tree.description.mended]
+    names = [tree.key(body) for group in group_bodies(tree, chain) for body in group]
+    mended = [(name, tree.description.mended[name][0]) for name in names if name in tree.description.mended]
     faults = gather(("link", name, fault, "") for name, fault in mended)
     said = tuple(f"{path.name}: {where} {fault}; the nearest possible one is compared" for where, fault, _ in faults)
     return ArmData(tuple(found), str(chain.tip.name()), said, p_tip, up, X_WB, _make_model(tree, chain, context, up))

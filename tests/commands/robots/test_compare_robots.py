@@ -124,6 +124,12 @@ def test_rotors_are_compared_where_both_formats_state_them(tmp_path: Path) -> No
     assert "remark: rotor inertias are not compared" in " ".join(answer("compare-robots", urdf, other).lines)
 
 
+def test_an_inertia_that_no_solid_can_have_is_said(tmp_path: Path) -> None:
+    path = write_bench(tmp_path, ('<mass value="8.4"/>', '<mass value="-8"/>'))
+    said = " ".join(answer("compare-robots", path, path).lines)
+    assert said.count("remark: bench.urdf: link u has a mass of -8 kg with moments of inertia") == 1
+
+
 def test_tips_of_other_names_are_compared_only_if_they_are_given(tmp_path: Path) -> None:
     path = write_bench(tmp_path)
     said = " ".join(answer("compare-robots", path, path, "--other-tip", "w3").lines)
