@@ -2,12 +2,21 @@
 
 import argparse
 import math
-from dataclasses import asdict
+from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.commands.options import add_answer, give_answer
 from affordance.commands.terminal import find_width
-from affordance.extensions.robots.comparison import NAMES, TOLERANCE, Compared, compare, read_joints
+from affordance.extensions.robots.comparison import (
+    NAMES,
+    POSTURES,
+    STATED,
+    TOLERANCE,
+    Compared,
+    JointData,
+    compare,
+    read_joints,
+)
 from affordance.reporting.formatting import break_line, format_number, tabulate_within
 
 # Exit status if the files differ.
@@ -17,7 +26,7 @@ DIFFERENT = 3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("one", type=Path, metavar="A", help="a robot's file (URDF, SDF or MJCF)")
+    add("one", type=Path, metavar="A", help="a robot's file (URDF, SDF or MJCF), or a folder that import-arm wrote")
     add("other", type=Path, metavar="B", help="another file of the same robot")
     add("--tip", default="", metavar="NAME", help="end of the arm in A (default: the end of the longest limb)")
     add("--other-tip", default="", metavar="NAME", help="end of the arm in B (default: found in the same way)")
@@ -26,46 +35,74 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints the comparison and returns the exit status: DIFFERENT if anything differs, else 0."""
-    one, other = read_joints(arguments.one, arguments.tip), read_joints(arguments.other, arguments.other_tip)
-    compared = compare(one, other)
-    differing = [name for name in NAMES if any(name in each.differing for each in compared)]
-    masses = [sum(each.mass for each in joints) for joints in (one, other)]
-    weights = f"{format_number(masses[0])} and {format_number(masses[1])} kg"
-    if differing:
-        where = "; ".join(f"{NAMES[name]} of {_list_joints(compared, name)}" for name in differing)
-        sentence = f"The arms differ ({weights}): {where}."
+    arms = read_joints(arguments.one, arguments.tip), read_joints(arguments.other, arguments.other_tip)
+    found = compare(*arms, same_tip=bool(arguments.tip and arguments.other_tip))
+    differing = [name for name in NAMES if any(name in each.differing for each in found.joints)]
+    masses = [sum(each.mass for each in arm.joints) for arm in arms]
+    weights = f"{format_number(masses[0])} and {format_number(masses[1])} kg, {len(found.joints)} joints"
+    if found.differs:
+        where = "; ".join(_describe(found.joints, name) for name in differing)
+        sentence = f"The arms differ ({weights}){f': {where}' if where else ''}."
     else:
-        sentence = f"The arms agree to {100.0 * TOLERANCE:g} % ({weights}, {len(one)} joints)."
-    rows = [["", *(NAMES[name] for name in NAMES)]]
-    for each in compared:
+        sentence = f"The arms agree to {100.0 * TOLERANCE:g} % ({weights})."
+    largest = [format_number(100.0 * each, 2) for each in (found.mass_matrix, found.gravity)]
+    sentence += (
+        f" At {POSTURES} random postures, mass matrices differ by up to {largest[0]} %, torques of gravity by up to "
+        f"{largest[1]} %."
+    )
+    rotors = [joint.rotor for arm in arms for joint in arm.joints]
+    shown = [name for name in NAMES if name in differing or (name in STATED and (name != "rotor" or any(rotors)))]
+    rows = [["", *(f"{NAMES[name]}{'' if name in STATED else ' apart'}" for name in shown)]]
+    for each in found.joints:
         name = each.one.joint if each.one.joint == each.other.joint else f"{each.one.joint} / {each.other.joint}"
-        rows.append([name, *(_show(each, key) for key in NAMES)])
-    order = [1 + k for k, name in reversed(list(enumerate(NAMES))) if name not in differing]
+        rows.append([name, *(_show(each, key) for key in shown)])
+    order = [1 + k for k, name in reversed(list(enumerate(shown))) if name not in differing]
     lines = tabulate_within(rows, find_width(), order)
+    remarks = [part for remark in found.remarks for part in break_line(f"remark: {remark}", find_width())]
     content = {
         "differing": differing,
         "masses": masses,
+        "mass_matrix": found.mass_matrix,
+        "gravity": found.gravity,
         "joints": [
-            {"one": _list_finite(each.one), "other": _list_finite(each.other), "differing": each.differing}
-            for each in compared
+            {
+                "one": _list_stated(each.one),
+                "other": _list_stated(each.other),
+                "apart": each.apart,
+                "differing": each.differing,
+            }
+            for each in found.joints
         ],
+        "remarks": found.remarks,
         "sentence": sentence,
     }
-    give_answer(arguments, "comparison", "\n".join([*break_line(sentence, find_width()), *lines]), content)
-    return DIFFERENT if differing else 0
+    text = "\n".join([*break_line(sentence, find_width()), *remarks, *lines])
+    give_answer(arguments, "comparison", text, content)
+    return DIFFERENT if found.differs else 0
 
 
-def _list_joints(compared: list[Compared], name: str) -> str:
-    return ", ".join(each.one.joint for each in compared if name in each.differing)
+def _describe(compared: Sequence[Compared], name: str) -> str:
+    """Describes in which joints something differs, with the distance or both numbers."""
+    what, _, unit = NAMES[name].rstrip(")").partition(" (")
+    differing = [each for each in compared if name in each.differing]
+    return f"{what} of " + ", ".join(f"{each.one.joint} ({_show(each, name)} {unit})" for each in differing)
 
 
 def _show(each: Compared, name: str) -> str:
-    """Formats one property of both joints, as a single number if they agree."""
-    a, b = (float(getattr(joint, name)) for joint in (each.one, each.other))
-    shown = [format_number(value) if math.isfinite(value) else "none" for value in (a, b)]
-    return f"{shown[0]} | {shown[1]}" if name in each.differing else shown[0]
+    """Formats one number of both joints, once if they agree, or a distance that is no rounding."""
+    if name not in STATED:
+        return format_number(each.apart[name], 2) if name in each.differing else ""
+    shown = [_show_stated(getattr(joint, name)) for joint in (each.one, each.other)]
+    return f"{shown[0]} | {shown[1]}" if name in each.differing else next(filter(None, shown), "")
 
 
-def _list_finite(joint: object) -> dict[str, object]:
-    values = asdict(joint)  # type: ignore[call-overload]
-    return {name: None if isinstance(value, float) and math.isinf(value) else value for name, value in values.items()}
+def _show_stated(value: float | None) -> str:
+    if value is None:
+        return ""
+    return format_number(value) if math.isfinite(value) else "none"
+
+
+def _list_stated(joint: JointData) -> dict[str, object]:
+    values = {name: getattr(joint, name) for name in STATED}
+    finite = {name: None if value is None or math.isinf(value) else value for name, value in values.items()}
+    return {"joint": joint.joint, **finite}

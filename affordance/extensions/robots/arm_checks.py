@@ -1,6 +1,7 @@
 """Checks of an arm's links and joints: one message reports all faults and the options that fix them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from affordance.extensions.robots.tree import RobotTree
 # An impossible inertia of a link is negligible if the link has less than this fraction of the arm's mass, and of the
 # arm's largest moment of inertia about its base: 1 % of what the motors move.
 _HARDLY = 0.01
+_NUMBER = re.compile(r"(?<![\w^])-?\d[\d.]*(e[-+]?\d+)?")
 
 
 class _Fault(NamedTuple):
@@ -73,11 +75,13 @@ def check_arm(
     """Checks the moving links of an arm, and its joints if limits are given; returns names of corrected links.
 
     A negligible inertia that no solid can have is replaced by the nearest possible one; with ``mends``, any such
-    inertia is. With ``carries``, links whose weight the simulator compensates (gravcomp) are accepted. All other
-    faults raise a single BadValueError.
+    inertia is, unless its mass is negative. With ``carries``, links whose weight the simulator compensates (gravcomp)
+    are accepted. All other faults raise a single BadValueError.
     """
     bodies = [body for group in groups for body in group]
-    heavy = [body for body in bodies if tree.key(body) in tree.description.mended and not mends]
+    heavy = [body for body in bodies if tree.key(body) in tree.description.mended]
+    # A negative mass has no nearest possible one that keeps the arm's weight.
+    heavy = [body for body in heavy if not mends or tree.description.mended[tree.key(body)][1].mass < 0.0]
     heavy = [body for body in heavy if _matters(tree, chain, context, bodies, body)]
     faults = [*_list_link_faults(tree, bodies, heavy, carries=carries)]
     if not faults and not sum(body.default_mass() for body in bodies) > 0.0:
@@ -114,7 +118,7 @@ def _list_link_faults(
         fault, written = tree.description.mended[tree.key(body)]
         way_out = "--mend-inertia of import-arm uses the nearest possible one"
         if written.mass <= 0.0:
-            way_out = "--mend-inertia of import-arm treats it as massless"
+            way_out = "--mend-inertia of import-arm treats it as massless" if written.mass == 0.0 else ""
         yield _Fault("link", body.name(), f"{fault}; it is part of the arm", way_out)
     for body in bodies if not carries else ():
         if share := tree.description.carried.get(tree.key(body)):
@@ -161,16 +165,28 @@ def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> st
     return ways
 
 
+def gather(faults: Iterable[tuple[str, str, str, str]]) -> list[tuple[str, str, str]]:
+    """Gathers faults of one kind; problems that differ only in their numbers are of one kind.
+
+    Takes and returns kind of element and name, problem, and way out; returns the first element's, with the others'
+    names.
+    """
+    kinds: dict[tuple[str, str, str], list[tuple[str, str]]] = {}
+    for element, name, problem, way_out in faults:
+        kinds.setdefault((element, _NUMBER.sub("", problem), way_out), []).append((name, problem))
+    found = []
+    for (element, _, way_out), ((name, problem), *others) in kinds.items():
+        do = "so" if all(text == problem for _, text in others) else "with other numbers so"
+        names = ", ".join(other for other, _ in others)
+        also = f" ({do} {'does' if len(others) == 1 else 'do'} {names})" if others else ""
+        found.append((f"{element} {name}".strip(), f"{problem}{also}", way_out))
+    return found
+
+
 def _describe(tree: RobotTree, faults: Sequence[_Fault]) -> BadValueError:
     """Describes all faults in one message, grouped by kind, each kind with the options that fix it."""
-    kinds: dict[tuple[str, str, str], list[str]] = {}
-    for fault in faults:
-        kinds.setdefault((fault.element, fault.problem, fault.way_out), []).append(fault.name)
-    parts = []
-    for (element, problem, way_out), names in kinds.items():
-        where = f"{element} {names[0]}".strip()
-        also = f" (so {'does' if len(names) == 2 else 'do'} {', '.join(names[1:])})" if len(names) > 1 else ""
-        parts.append((where, f"{problem}{also}{f'; {way_out}' if way_out else ''}"))
+    found = gather((fault.element, fault.name, fault.problem, fault.way_out) for fault in faults)
+    parts = [(where, f"{problem}{f'; {way_out}' if way_out else ''}") for where, problem, way_out in found]
     (where, first), *others = parts
     return BadValueError(
         tree.description.path, where, "; ".join([first, *(": ".join(filter(None, each)) for each in others)])

@@ -29,6 +29,10 @@ _TOOL_WORDS = (
 )
 # Words in the names of sensors that are mounted next to the tool frame, and of parts of grippers.
 _ASIDE = re.compile("cam|sensor|optical|imu|finger|jaw|servo", re.IGNORECASE)
+# A joint whose link, or whose own name, has one of these words moves a gripper's jaw, unless it turns the gripper.
+_JAW = re.compile("jaw|finger|claw|thumb", re.IGNORECASE)
+_GRIPS = re.compile("grip|jaw|finger|claw|thumb", re.IGNORECASE)
+_TURNS = re.compile("roll|yaw|pitch|rot|turn|twist|wrist|base", re.IGNORECASE)
 _FOR_TOOLS = re.compile("|".join(_TOOL_WORDS), re.IGNORECASE)
 # Largest number of names listed, for one limb and in total.
 _OF_A_LIMB, _LISTED = 3, 12
@@ -164,13 +168,37 @@ def choose_tip(tree: RobotTree) -> tuple[str, str]:
     names = [*ends, *(site for site, link in sites.items() if link in ends)]
     at_end = [name for name in names if not _ASIDE.search(name)] or names
     for_tools = [name for name in at_end if _FOR_TOOLS.search(name)]
-    tip = min(for_tools, key=_rank_tool_frame) if for_tools else at_end[0]
+    # A frame on the hand comes before one at its mount.
+    tip = min(for_tools, key=lambda name: (not _is_on_hand(tree, name), *_rank_tool_frame(name)), default=at_end[0])
     link = sites.get(tip, tip)
     others = [name for name in names if name != tip]
     others += [name for limb in limbs[1:] for name in limb]
     more = f" and {len(others) - _LISTED} more" if len(others) > _LISTED else ""
     else_there = f"others are {', '.join(others[:_LISTED])}{more}" if others else "there are no others"
-    return tip, f"tip: {tip}, at the end of the longest limb ({ends[link]} joints); {else_there} (--tip)"
+    jaws = [joint for joint in tree.joints_above.values() if not _find_obstacle(tree, joint) and _is_jaw(tree, joint)]
+    jaws = [joint for joint in jaws if joint.parent_body().name() in (link, *ends)]
+    taken = "".join(f"; {each.name()} moves a jaw and is frozen" for each in jaws)
+    return tip, f"tip: {tip}, at the end of the longest limb ({ends[link]} joints){taken}; {else_there} (--tip)"
+
+
+def _is_on_hand(tree: RobotTree, name: str) -> bool:
+    """Returns True if a frame is fixed to a link that carries fingers, and is not the link's own."""
+    frame = next(frame for frame in tree.list_frames() if frame.name() == name)
+    carriers = [] if frame.is_body_frame() else [frame.body()]
+    for joint in tree.climb(frame.body()):
+        if joint.num_velocities():
+            break
+        carriers.append(joint.parent_body())
+    return any(joint.num_velocities() for body in carriers for joint in tree.list_children(body))
+
+
+def _is_jaw(tree: RobotTree, joint: Joint) -> bool:
+    """Returns True if a joint moves a gripper's jaw, judged by names."""
+    if not joint.num_velocities() or _TURNS.search(joint.name()):
+        return False
+    if _JAW.search(joint.child_body().name()):
+        return True
+    return bool(_GRIPS.search(joint.name())) and _count_in_series(tree, joint) == 1
 
 
 def _rank_tool_frame(name: str) -> tuple[int, int]:
@@ -248,10 +276,15 @@ def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
     """Finds the hand whose finger a body belongs to; None if the body is not on a finger.
 
     A finger is carried by a limb with at least as many joints. It branches off together with other fingers, or at a
-    joint at which no arm can branch off.
+    joint at which no arm can branch off, or is a single jaw by its name.
     """
     finger = _climb_limb(tree, body.body_frame())
-    if finger.obstacle is not None:
+    jaw = next((joint for joint in tree.climb(body) if joint.num_velocities()), None)
+    if jaw is not None and not _is_jaw(tree, jaw):
+        jaw = None
+    if jaw is not None:
+        carrier = jaw.parent_body()
+    elif finger.obstacle is not None:
         carrier = finger.obstacle[0].parent_body()
     elif not finger.joints:
         return None
@@ -267,9 +300,11 @@ def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
         own += joint.num_velocities() > 0
         if joint.parent_body().index() == carrier.index():
             break
+    further = _find_hand(tree, carrier) if carrier.index() != body.index() else None
     if arm.obstacle is not None or len(arm.joints) < FEWEST_JOINTS or len(arm.joints) < own:
-        return None
-    return _find_hand(tree, carrier) or carrier
+        # The outer link of a finger hangs on the inner one, not on an arm.
+        return None if jaw is None and finger.obstacle is None else further
+    return further or carrier
 
 
 def _find_obstacle(tree: RobotTree, joint: Joint) -> str:

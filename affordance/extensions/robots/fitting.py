@@ -32,6 +32,7 @@ from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
+from affordance.reporting.formatting import format_beside
 from affordance.settings import Settings
 
 # Key that stands for all lengths of the objects in a tools file; its values are factors.
@@ -204,7 +205,7 @@ def fit_objects(models: Path) -> TaskFit:
         f"{name_object(holding.object_name)} of {holding.mass:.2f} kg"
         if holding.object_name
         else "the arm's own weight"
-    ) + f" loads {holding.joint} with {100.0 * holding.load:.0f} % of its torque limit"
+    ) + f" loads {holding.joint} with {format_beside(100.0 * holding.load, 100.0, 0)} % of its torque limit"
     for factor in _FACTORS:
         if measure_holding(models, factor).load <= _ENOUGH:
             why = f"{too_heavy}; masses are {factor**3:.2f} times the original ones"
@@ -293,7 +294,8 @@ def _describe_overload(model: ArmModel, cost: MotionCost, tool: Tool) -> str:
     if loads.max() <= 1.0:
         return ""
     joint = model.arm.joint_names[int(np.argmax(loads))]
-    return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
+    load = format_beside(100.0 * loads.max(), 100.0, 0)
+    return f"{tool.name} by {tool.grip} loads {joint} with {load} % of its torque limit"
 
 
 def _list_path_changes(file: str, old: TimedPath, new: TimedPath, why: str) -> Iterator[Change]:
@@ -350,19 +352,24 @@ def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator
 
 
 def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> _PlannedBlow:
-    """Plans blows of one duration with every tool; stops at a tool whose depth is at most ``least``, [m]."""
+    """Plans blows of one duration with every tool; stops at a tool whose depth is at most ``least``, [m].
+
+    The tool that reaches the least depth moves to the front of the list, because it probably does so again.
+    """
     model, depth, reason = ArmModel(load_arm(settings.arm)), task.nail.depth_demanded, ""
     costs: dict[tuple[str, str], BlowCost] = {}
-    for tool in tools:
+    weakest = 0
+    for k, tool in enumerate(tools):
         cost = task.build_cost(model, tool.components, settings)
         costs[tool.name, tool.grip] = cost
         reached = _bound_depth(cost, tool)
         if reached < depth:
-            depth = reached
+            depth, weakest = reached, k
             reason = f"with {name_object(tool.name)} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}"
         if depth <= least:
-            return _PlannedBlow(task, least, reason, costs)
-    return _PlannedBlow(task, depth, reason, costs)
+            break
+    tools.insert(0, tools.pop(weakest))
+    return _PlannedBlow(task, max(depth, least), reason, costs)
 
 
 def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, simulate: SimulateBlow) -> str:

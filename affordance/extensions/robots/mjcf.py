@@ -32,8 +32,8 @@ from affordance.files.bounded import MESH, check_size
 
 # Deepest nesting of files: models are split into robot, gripper and scene, so deeper nesting is a mistake.
 _DEEPEST = 8
-# Elements that MuJoCo multiplies, and thereby a file's size.
-_MULTIPLIED = ("replicate", "composite", "flexcomp")
+# Elements that MuJoCo multiplies, and thereby a file's size; sites weigh nothing, and some may be replicated.
+_MULTIPLIED, _FEW = ("replicate", "composite", "flexcomp"), 1000
 # Geoms of this group and higher ones are collision shapes: MuJoCo hides them by default.
 _FIRST_HIDDEN_GROUP = 3
 # Shapes that are drawn, by MuJoCo's type of a geom.
@@ -109,10 +109,9 @@ def _list_includes(path: Path, root: Element) -> Iterator[Path]:
 
     def walk(element: Element, named_in: Path, depth: int) -> Iterator[Path]:
         for tag in _MULTIPLIED:
-            if element.find(f".//{tag}") is not None:
-                raise BadValueError(
-                    named_in, tag, "is not supported, must be expanded (as when MuJoCo saves a model)"
-                )
+            if not all(map(_is_few_sites, element.iter(tag))):
+                problem = "is not supported, except for sites, must be expanded (as when MuJoCo saves a model)"
+                raise BadValueError(named_in, tag, problem)
         for include in (*element.iter("include"), *element.iterfind(".//asset/model")):
             name = include.get("file", "")
             file = (folder / name).resolve()
@@ -125,6 +124,13 @@ def _list_includes(path: Path, root: Element) -> Iterator[Path]:
             yield from walk(read_xml(file), file, depth + 1)
 
     return walk(root, path, 0)
+
+
+def _is_few_sites(element: Element) -> bool:
+    """Returns True if an element replicates sites only, and not too many."""
+    count = element.get("count", "")
+    few = count.isdecimal() and int(count) * len(element) <= _FEW
+    return element.tag == "replicate" and few and {child.tag for child in element} == {"site"}
 
 
 def _name_all(spec: Any) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from pydrake.multibody.tree import BodyIndex
 
 from affordance.arrays import build_symmetric
+from affordance.extensions.robots.description import Inertial
 from affordance.extensions.robots.reduced_arm import ReducedArm, ReducedLink
 
 # Margin added to distances between joints, and to centres of mass: half the width of a large industrial link, [m].
@@ -22,6 +23,8 @@ _BARE_TUBE = 0.16
 _POINT = 0.01
 # Ratio of radius of gyration to size above which a wrong unit is likelier than a placeholder such as 1 kg m^2.
 _OTHER_UNIT = 10.0
+# A part that is merged into a link matters if it has at least this share of the link's moments.
+_MATTERS = 0.01
 # Widest range of a joint, eight turns as of a wrist with cables, [rad], and fastest joint, 2900 degrees/s, [rad/s].
 _WIDEST, _FASTEST = 50.0, 50.0
 # If all joints' ranges are below this, radians were probably read as degrees: 4 pi (two turns) degrees, [rad].
@@ -64,9 +67,11 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
             away.append(f"{link.name} {p_com:.3g} m")
             continue
         size += p_com
-        gyration = _compute_gyration(link)
+        gyration = _compute_gyration(link.inertial)
         if gyration > size:
             (wide if gyration > _OTHER_UNIT * size else placed).append(f"{link.name} {gyration:.3g} m")
+        elif parts := _list_wide_parts(arm, link, size):
+            placed += parts
         elif gyration < _POINT * length:
             points.append(f"{link.name} {1000.0 * gyration:.2g} mm")
         if mass > _STEEL * size**3:
@@ -89,10 +94,23 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
         )
 
 
-def _compute_gyration(link: ReducedLink) -> float:
-    """Computes the largest radius of gyration of a link, [m]."""
-    largest = np.linalg.eigvalsh(build_symmetric(link.inertial.moments))[-1]
-    return math.sqrt(max(float(largest), 0.0) / link.inertial.mass)
+def _list_wide_parts(arm: ReducedArm, link: ReducedLink, size: float) -> list[str]:
+    """Lists merged parts with radii of gyration beyond the link, if they matter in it."""
+    inertials, found = arm.tree.description.inertials, []
+    for name, _ in link.bodies:
+        part = inertials.get(name)
+        if part is None or not part.mass > 0.0 or len(link.bodies) == 1:
+            continue
+        gyration = _compute_gyration(part)
+        if gyration > size and max(part.moments) > _MATTERS * max(link.inertial.moments):
+            found.append(f"{name} {gyration:.3g} m")
+    return found
+
+
+def _compute_gyration(inertial: Inertial) -> float:
+    """Computes the largest radius of gyration, [m]."""
+    largest = np.linalg.eigvalsh(build_symmetric(inertial.moments))[-1]
+    return math.sqrt(max(float(largest), 0.0) / inertial.mass)
 
 
 def _list_of_joints(arm: ReducedArm) -> Iterator[str]:
@@ -106,15 +124,20 @@ def _list_of_joints(arm: ReducedArm) -> Iterator[str]:
             f"no joint turns by more than {most:.2g} degrees: were radians read as degrees? "
             'An MJCF needs <compiler angle="radian"/>'
         )
-    fast = [f"{each.joint} {each.velocity:g}" for each in arm.links if _FASTEST < each.velocity < math.inf]
+    given = {"effort": arm.options.effort, "velocity": arm.options.velocity}  # no placeholders of the file
+    fast = [
+        f"{each.joint} {each.velocity:g}"
+        for each in arm.links
+        if _FASTEST < each.velocity < math.inf and not {"", each.joint} & set(given["velocity"])
+    ]
     if fast:
         yield f"velocity limits of more than {_FASTEST:g} rad/s: {', '.join(fast)} rad/s; degrees, or placeholders?"
     for name, values, unit in (
         ("torque", [link.effort for link in arm.links], "N m"),
         ("velocity", [link.velocity for link in arm.links], "rad/s"),
     ):
-        if len(values) > 1 and len(set(values)) == 1 and _is_power_of_ten(values[0]):
-            option = "effort" if name == "torque" else name
+        option = "effort" if name == "torque" else name
+        if len(values) > 1 and len(set(values)) == 1 and _is_power_of_ten(values[0]) and not given[option]:
             yield f"every joint has a {name} limit of {values[0]:g} {unit}: a placeholder? --{option} overrides it"
 
 

@@ -1,11 +1,13 @@
 """Reads robot files in any of the three formats, and expands xacro templates, which are programs."""
 
+import contextlib
 import importlib.util
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
-from affordance.exceptions import BadValueError, ModelFileError
+from affordance.exceptions import AffordanceError, BadValueError, ModelFileError
 from affordance.extensions.robots.description import Description
 from affordance.extensions.robots.mjcf import read_mjcf
 from affordance.extensions.robots.sdf import read_sdf
@@ -18,8 +20,14 @@ _READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
 # its namespace, and have expressions in comments.
 _TEMPLATE = re.compile(rb"</?xacro:|\$\{|\$\(")
 _COMMENT = re.compile(rb"<!--.*?(-->|\Z)", re.DOTALL)
-# Number of levels above a template on which packages are searched.
-_LEVELS = 7
+# Number of levels above a template on which packages are searched, and below each of them: a workspace's ``src``
+# holds repositories, and these hold packages, perhaps in groups.
+_LEVELS, _BELOW, _BELOW_SRC = 7, 2, 3
+# What a template includes, and the packages, arguments and macros that it names.
+_INCLUDES = re.compile(r"""<xacro:include\s+[^>]*?filename\s*=\s*["']([^"']+)""")
+_FINDS = re.compile(r"\$\(find\s+([^)]+?)\s*\)")
+_ARGUMENTS = re.compile(r"<xacro:arg\s[^>]*>")
+_MACROS = re.compile(r"""<xacro:macro\s+[^>]*?name\s*=\s*["']([^"']+)""")
 
 
 def read_robot(
@@ -67,24 +75,89 @@ def _expand(path: Path, arguments: Mapping[str, str], packages: Mapping[str, str
     import xacro
     import xacrodoc  # lets xacro find packages without ROS
 
+    known = {**_find_packages(path), **packages}
     xacrodoc.packages.reset()
-    xacrodoc.packages.update_package_cache({**_find_packages(path), **packages})
+    xacrodoc.packages.update_package_cache(known)
     xacro.all_includes.clear()
     try:
-        text: str = xacro.process_file(str(path.resolve()), mappings=dict(arguments)).toxml()
+        root = xacro.process_file(str(path.resolve()), mappings=dict(arguments)).documentElement
     except Exception as error:  # a program can raise anything
-        cause = getattr(error, "exc", None) or error  # xacro wraps exceptions
+        raise _explain(path, error, _scan(path, known)) from error
+    sources = tuple(map(Path, xacro.all_includes))
+    if not any(child.nodeName == "link" for child in root.childNodes) and root.nodeName == "robot":
+        macros = ", ".join(_MACROS.findall(path.read_text(errors="replace")))
+        if macros:
+            raise BadValueError(
+                path, "", f"has no link: it only defines macros ({macros}); give the file that calls one"
+            )
+    texts = [each.read_text(errors="replace") for each in (path, *sources)]
+    stated = dict(_list_arguments(texts))
+    if unknown := [name for name in arguments if name not in stated and not any(f"arg {name})" in t for t in texts)]:
+        raise BadValueError(path, f"{unknown[0]}:={arguments[unknown[0]]}", f"is no argument; {_describe(stated)}")
+    return root.toxml(), sources
+
+
+class _Scanned(NamedTuple):
+    """What a template and the files that it includes name, as far as this is seen without running it."""
+
+    missing: list[str]  # packages that are not known
+    arguments: dict[str, str | None]  # defaults of arguments, by name; None for one without a default
+
+
+def _scan(path: Path, known: Mapping[str, str]) -> _Scanned:
+    """Searches a template and its includes for packages and arguments."""
+    files, texts = [path.resolve()], list[str]()
+    for file in files:  # grows
+        texts.append(file.read_text(errors="replace"))
+        for name in _INCLUDES.findall(texts[-1]):
+            found = file.parent / _FINDS.sub(lambda match: known.get(match[1], match[0]), name)
+            if found.is_file() and found.resolve() not in files:
+                files.append(found.resolve())
+    named = dict.fromkeys(name for text in texts for name in _FINDS.findall(text))
+    return _Scanned([name for name in named if name not in known and "$" not in name], dict(_list_arguments(texts)))
+
+
+def _list_arguments(texts: Iterable[str]) -> Iterator[tuple[str, str | None]]:
+    """Lists the arguments that templates declare, with their defaults."""
+    for text in texts:
+        for element in _ARGUMENTS.findall(text):
+            values = {name: value for name, _, value in re.findall(r"""(\w+)\s*=\s*(["'])(.*?)\2""", element)}
+            if "name" in values:
+                yield values["name"], values.get("default")
+
+
+def _describe(arguments: Mapping[str, str | None]) -> str:
+    if not arguments:
+        return "the template declares no arguments"
+    shown = {None: "no default", "": "empty by default"}
+    listed = [f"{name} ({shown.get(default, default)})" for name, default in arguments.items()]
+    return f"the template's arguments: {', '.join(listed)}"
+
+
+def _explain(path: Path, error: Exception, scanned: _Scanned) -> AffordanceError:
+    """Explains in one line why a template cannot be expanded."""
+    cause = error
+    while isinstance(inner := getattr(cause, "exc", None), Exception):  # xacro wraps exceptions
+        cause = inner
+    if type(cause).__name__ == "PackageNotFoundError" and scanned.missing:
+        needed, few = ", ".join(scanned.missing), len(scanned.missing) == 1
+        problem = f"needs the package{'' if few else 's'} {needed}, which {'is' if few else 'are'} not near it"
+        return ModelFileError(path, f"{problem}; --package NAME=DIR gives one")
+    if isinstance(cause, OSError) and cause.filename:
+        problem = f"needs {cause.filename}: {cause.strerror}"
+    else:
         problem = f"cannot be expanded by xacro: {type(cause).__name__}: {' '.join(str(error).split())}"
-        ways = "NAME:=VALUE gives it an argument, --package NAME=DIR a package"
-        raise ModelFileError(path, f"{problem}; {ways}") from error
-    return text, tuple(map(Path, xacro.all_includes))
+    ways = "NAME:=VALUE gives an argument, --package NAME=DIR a package"
+    return ModelFileError(path, f"{problem}; {_describe(scanned.arguments)}; {ways}")
 
 
 def _find_packages(path: Path) -> dict[str, str]:
-    """Searches the folders above a template, and their siblings, for packages (``package.xml``), nearest first."""
+    """Searches the folders above a template, and those below them, for packages (``package.xml``), nearest first."""
     found: dict[str, str] = {}
-    for folder in list(path.resolve().parents)[:_LEVELS]:
-        for file in sorted(folder.glob("*/package.xml")):
-            name = (read_xml(file).findtext("name") or "").strip()
-            found.setdefault(name, str(file.parent))
+    for folder in list(path.resolve().parents)[:-1][:_LEVELS]:
+        below = _BELOW_SRC if folder.name == "src" else _BELOW
+        for depth in range(1, below + 1):
+            for file in sorted(folder.glob("*/" * depth + "package.xml")):
+                with contextlib.suppress(AffordanceError):  # another package's broken file is not this one's fault
+                    found.setdefault((read_xml(file).findtext("name") or "").strip(), str(file.parent))
     return found

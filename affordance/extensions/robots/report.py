@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.exceptions import UnavailableError
+from affordance.extensions.robots.arm_checks import gather
 from affordance.extensions.robots.fitting import Fitted, show
 from affordance.extensions.robots.home import TEST_DISTANCE, TEST_MASS, UPRIGHT, HomePosture
 from affordance.extensions.robots.plausibility import is_nearly_massless, list_implausible
@@ -205,7 +206,7 @@ def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
                 f"{link.joint} is damped by {link.damping:g} N m s/rad, which takes {100.0 * part:.0f} % of its "
                 "torque limit at its rate limit; --damping none omits damping"
             )
-    if home.payload > _MANY_WEIGHTS * arm.mass and not is_nearly_massless(arm):
+    if home.payload > _MANY_WEIGHTS * arm.mass and not is_nearly_massless(arm) and not arm.options.effort:
         yield (
             f"static payload {format_number(home.payload)} kg, mass of the arm {arm.mass:.3g} kg: the "
             "torque limits may be placeholders; --effort overrides them"
@@ -252,13 +253,19 @@ def list_remarks(arm: ReducedArm) -> Iterator[str]:
         yield f"the arm begins at {arm.base}: {arm.chain.above}"
     bodies = [name for link in arm.links for name, _ in link.bodies]
     joints = [arm.tree.key(joint) for joint in arm.chain.joints]
-    for element in (*(f"link {name}" for name in bodies), *(f"joint {name}" for name in joints)):
-        for remark in description.remarks_of.get(element, ()):
-            yield f"{element} {remark}"
+    remarks = [
+        (kind, name, remark, "")
+        for kind, names in (("link", bodies), ("joint", joints))
+        for name in names
+        for remark in description.remarks_of.get(f"{kind} {name}", ())
+    ]
+    mended = []
     for name in arm.mended:
         fault, written = description.mended[name]
         nearest = "the nearest possible one" if written.mass > 0.0 else "no inertia"
-        yield f"link {name} {fault}; {nearest} is used instead"
+        mended.append(("link", name, fault, f"; {nearest} is used instead"))
+    for element, remark, instead in gather([*remarks, *mended]):
+        yield f"{element} {remark}{instead}"
 
 
 def _write_text(title: str, parts: Sequence[ReportPart]) -> str:

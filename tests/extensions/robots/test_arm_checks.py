@@ -69,6 +69,25 @@ def test_impossible_inertia_is_mended_where_it_hardly_matters(
     assert load_robot(path, "flange").joint_names == tuple(arm.joint_names)
 
 
+def test_a_negative_mass_is_never_dropped(tmp_path: Path) -> None:
+    path = write_bench(tmp_path, ('<mass value="8.4"/>', '<mass value="-8"/>'))
+    for options in (TIP, ImportOptions("flange", mend_inertia=True)):
+        said = refuse(read_arm, path, options)
+        assert "link u: has a mass of -8 kg with moments of inertia, must have more than 0; it is part" in said
+        assert "--mend-inertia" not in said
+
+
+def test_one_fault_of_many_links_is_named_once(tmp_path: Path) -> None:
+    moments = [("0.012", "0.2"), ("0.055", "0.5"), ("0.0021", "0.3")]  # of s, f, w1 and w2
+    path = write_bench(tmp_path, *[(f'="{old}"', f'="{new}"') for old, new in moments])
+    said = refuse(read_arm, path, TIP)
+    assert said.count("has an inertia no solid can have") == 1
+    assert "link s: has an inertia no solid can have (Ixx, Iyy, Izz 0.011, 0.2, 0.008 kg m^2)" in said
+    assert "(with other numbers so do f, w1, w2)" in said
+    arm, home = extract_arm(path, ImportOptions("flange", mend_inertia=True))
+    assert sum("no solid can have" in each for each in list_warnings(arm, home)) == 1
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_mend_inertia_is_possible_and_no_other_is_nearer(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from helpers.bench_arm import write_bench
 from helpers.refusals import refuse
 from helpers.robot_files import MJCF, SDF, joint, link, write_urdf
 from pydrake.multibody.tree import FrameIndex
@@ -119,6 +120,51 @@ def test_no_tip_is_taken_where_two_limbs_are_the_longest(tmp_path: Path) -> None
     said = refuse(read_arm, write_urdf(tmp_path), ImportOptions())
     assert "--tip: is missing, must be the link or frame of" in said
     assert "limbs end in right_4 (4 joints), right_tool (4 joints), left_4 (4 joints), left_tool (4 joints)" in said
+
+
+JAW = link("jaw", mass=0.05) + joint("grip", "flange", "jaw", axis="0 1 0")
+MIMIC = '<mimic joint="a1" multiplier="-1"/>'
+FINGERS = "".join(
+    link(f"f{name}1", mass=0.04)
+    + link(f"f{name}2", mass=0.03)
+    + joint(f"{name}1", "flange", f"f{name}1", more=MIMIC if name == "b" else "")
+    + joint(f"{name}2", f"f{name}1", f"f{name}2", more=MIMIC)
+    for name in "ab"
+)
+HAND = (
+    '<link name="tool0"/><link name="hand"/><link name="grasp_frame"/>'
+    + joint("mount", "flange", "tool0", kind="fixed")
+    + joint("screwed", "flange", "hand", kind="fixed")
+    + joint("between", "hand", "grasp_frame", kind="fixed")
+    + link("finger")
+    + joint("slide", "hand", "finger", kind="prismatic", limit='lower="0" upper="0.04" effort="5" velocity="1"')
+)
+
+
+@pytest.mark.parametrize(
+    ("gripper", "tip", "said"),
+    [
+        (JAW, "flange", "tip: flange, at the end of the longest limb (6 joints); grip moves a jaw and is frozen"),
+        (JAW.replace("jaw", "l7"), "flange", "; grip moves a jaw and is frozen"),
+        (JAW.replace("grip", "j7"), "flange", "; j7 moves a jaw and is frozen"),
+        (JAW.replace("jaw", "l7").replace("grip", "grip_roll"), "l7", "limb (7 joints); there are no others"),
+        (JAW.replace("jaw", "l7").replace("grip", "j7"), "l7", "limb (7 joints); there are no others"),
+        (FINGERS, "flange", "tip: flange, at the end of the longest limb (6 joints); there are no others"),
+        (HAND, "grasp_frame", "tip: grasp_frame, at the end of the longest limb (6 joints); others are hand, tool0"),
+    ],
+)
+def test_a_gripper_is_no_part_of_the_arm(tmp_path: Path, gripper: str, tip: str, said: str) -> None:
+    path = write_bench(tmp_path, ("</robot>", f"{gripper}</robot>"))
+    arm = read_arm(path, ImportOptions())
+    assert arm.options.tip == tip
+    assert said in arm.why_tip
+
+
+def test_a_jaw_is_no_tip_unless_a_base_is_given(tmp_path: Path) -> None:
+    path = write_bench(tmp_path, ("</robot>", f"{JAW}</robot>"))
+    said = "is 'jaw', which is on a finger of flange, must be a link that no finger moves: flange?"
+    assert said in refuse(read_arm, path, ImportOptions("jaw"))
+    assert len(read_arm(path, ImportOptions("jaw", base="pedestal")).links) == 7
 
 
 def write_text(path: Path, text: str) -> Path:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from affordance.choice.hammer import load_hammer
+from affordance.choice.hammer import Hammer, load_hammer
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import NoPlanError
 from affordance.extensions.robots import fitting
@@ -146,6 +146,30 @@ def test_a_nail_for_a_weak_shoulder_is_driven_less_deep(models: Path, monkeypatc
     assert depth.new < depth.old == load_hammer(MODELS / NAIL).nail.depth_demanded
     apply_changes(models, fit.changes)
     assert fit_blow(models, describe_blow_fault).changes == ()
+
+
+def test_the_object_that_limits_the_depth_is_planned_first_at_the_next_pace(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Slower swings that reach no deeper are given up after one plan; the result is that of all plans."""
+    depths, planned = {}, list[tuple[str, str]]()
+    for k, tool in enumerate(fitting.list_held(models, ("tools/novel.yaml",))):
+        depths[tool.name, tool.grip] = 0.016 + 1e-4 * ((k + 3) % 10)
+
+    class Cost:
+        def explain_infeasibility(self, _: object) -> str:
+            return "is too slow"
+
+    def reach(_: Cost, tool: Tool) -> float:
+        planned.append((tool.name, tool.grip))
+        return depths[tool.name, tool.grip]
+
+    monkeypatch.setattr(fitting, "_bound_depth", reach)
+    monkeypatch.setattr(Hammer, "build_cost", lambda *_: Cost())
+    found = fit_blow(models, lambda *_: "")
+    assert len(planned) == len(depths) + 2
+    assert planned[-2:] == [min(depths, key=depths.__getitem__)] * 2
+    assert [(change.key, change.new) for change in found.changes] == [("depth_demanded", min(depths.values()))]
 
 
 def test_a_blow_that_misses_its_force_in_contact_is_not_done_and_a_way_out_is_named(

@@ -169,7 +169,9 @@ INCLUDE = '<mujoco><include file="{}"/></mujoco>'
         ('<mujoco><asset><model file="/etc/hosts"/></asset></mujoco>', "include: names '/etc/hosts', must"),
         (INCLUDE.format("none.xml"), "none.xml: cannot be read"),
         (INCLUDE.format("0.xml"), "nests deeper than 8 files"),
-        ('<mujoco><replicate count="9"/></mujoco>', "replicate: is not supported, must be expanded"),
+        ('<mujoco><replicate count="9"/></mujoco>', "replicate: is not supported, except for sites"),
+        ('<mujoco><replicate count="9"><site/><body/></replicate></mujoco>', "replicate: is not supported"),
+        ('<mujoco><replicate count="99999"><site/></replicate></mujoco>', "replicate: is not supported"),
         ("<mujoco>", "motors.xml: line 1, column 9: is not XML"),
     ],
 )
@@ -377,3 +379,14 @@ def test_without_mujoco_the_command_to_type_is_named(tmp_path: Path, monkeypatch
     path = write_bench(tmp_path, mjcf=True)
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     assert "needs pip install 'visual-inertial-affordances[mjcf]'" in refuse(read_arm, path, FLANGE)
+
+
+def test_replicated_sites_weigh_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "a.xml"
+    rays = '<replicate count="36" euler="0 0 0.1745"><site name="ray" zaxis="1 0 0"/></replicate>'
+    path.write_text(MJCF.replace('<site name="grip_site"', f'{rays}<site name="grip_site"'))
+    with_rays = read_arm(path, ImportOptions("grip_site"))
+    path.write_text(MJCF)
+    assert [link.inertial for link in with_rays.links] == [
+        link.inertial for link in read_arm(path, ImportOptions("grip_site")).links
+    ]

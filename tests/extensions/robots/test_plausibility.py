@@ -65,17 +65,49 @@ def test_radians_that_were_read_as_degrees_are_the_cause_that_no_posture_is_foun
     assert 'An MJCF needs <compiler angle="radian"/>' in said
 
 
+EFFORTS = [(f'effort="{each}"', 'effort="1000"') for each in (150, 120, 28)]
+
+
 @pytest.mark.parametrize(
-    ("key", "given", "said"),
+    ("key", "given", "changes", "said"),
     [
-        ("effort", 1000.0, "every joint has a torque limit of 1000 N m: a placeholder? --effort overrides it"),
-        ("velocity", 10.0, "every joint has a velocity limit of 10 rad/s: a placeholder? --velocity overrides it"),
-        ("effort", 250.0, ""),
+        (
+            "effort",
+            1000.0,
+            EFFORTS,
+            "every joint has a torque limit of 1000 N m: a placeholder? --effort overrides it",
+        ),
+        (
+            "velocity",
+            10.0,
+            [('velocity="3.1"', 'velocity="10"')],
+            "every joint has a velocity limit of 10 rad/s: a placeholder? --velocity overrides it",
+        ),
+        ("effort", 250.0, [('effort="150"', 'effort="250"')], ""),
+        ("velocity", 60.0, [('velocity="3.1"', 'velocity="60"')], "velocity limits of more than 50 rad/s: j_s 60"),
     ],
 )
-def test_limits_that_are_one_power_of_ten_are_named(tmp_path: Path, key: str, given: float, said: str) -> None:
+def test_limits_that_are_placeholders_are_named_unless_the_user_gave_them(
+    tmp_path: Path, key: str, given: float, changes: list[tuple[str, str]], said: str
+) -> None:
+    found = "; ".join(list_implausible(read_arm(write_bench(tmp_path, *changes), TIP)))
+    assert found.startswith(said)
+    assert bool(found) == bool(said)
     options = ImportOptions("flange", **{key: {"": given}})
-    assert "; ".join(list_implausible(read_arm(write_bench(tmp_path), options))) == said
+    assert list_implausible(read_arm(write_bench(tmp_path), options)) == []
+
+
+def test_moments_of_a_part_that_is_merged_are_checked_too(tmp_path: Path) -> None:
+    part = (
+        '<link name="cover"><inertial><mass value="{}"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" '
+        'iyz="0"/></inertial></link><joint name="j_cover" type="fixed"><parent link="{}"/><child link="cover"/>'
+        "</joint></robot>"
+    )
+    for mass, parent, said in (("0.01", "u", "cover 3.16 m; are moments placeholders?"), ("20", "u", "")):
+        path = write_bench(tmp_path, ("</robot>", part.format(mass, parent)))
+        found = "; ".join(list_implausible(read_arm(path, TIP)))
+        assert said in found
+        assert bool(said) == bool(found)
 
 
 def test_arm_that_cannot_bear_itself_is_told_by_which_joint_and_links(tmp_path: Path) -> None:

@@ -75,17 +75,52 @@ def test_arm_of_a_template_is_that_of_its_expansion(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("body", "said"),
     [
-        ('<xacro:include filename="$(find nowhere)/a.xacro"/>', "Package not found: nowhere"),
-        ('<link name="$(arg side)"/>', "Undefined substitution argument side"),
+        ('<xacro:include filename="$(find nowhere)/a.xacro"/>', "needs the package nowhere, which is not near it"),
+        (
+            '<xacro:include filename="$(find one)/a.xacro"/><xacro:include filename="$(find two)/a.xacro"/>',
+            "needs the packages one, two, which are not near it; --package NAME=DIR gives one",
+        ),
+        (
+            '<xacro:arg name="tip" default=""/><xacro:arg name="kind" default="mk1"/><link name="$(arg side)"/>',
+            "Undefined substitution argument side; the template's arguments: tip (empty by default), kind (mk1)",
+        ),
         ('<xacro:include filename="gone.xacro"/>', "/robot/gone.xacro"),
+        (
+            '<xacro:arg name="kind" default="mk2"/><xacro:property name="p" '
+            """value="${xacro.load_yaml('$(arg kind).yaml')}"/><link name="${p['a']}"/>""",
+            "/robot/mk2.yaml: No such file or directory; the template's arguments: kind (mk2); NAME:=VALUE gives",
+        ),
         ("<xacro:nothing/>", "cannot be expanded by xacro: "),
+        (
+            '<xacro:macro name="arm" params=""><link name="a"/></xacro:macro>',
+            "it only defines macros (arm); give the",
+        ),
     ],
 )
 def test_template_that_fails_is_refused_in_a_line(tmp_path: Path, body: str, said: str) -> None:
     path = write_template(tmp_path / "robot", body)
     told = refuse(read_robot, path, {}, error=AffordanceError)
     assert said in told
-    assert told.endswith("NAME:=VALUE gives it an argument, --package NAME=DIR a package")
+
+
+def test_argument_that_a_template_does_not_have_is_refused(tmp_path: Path) -> None:
+    path = write_template(tmp_path, '<xacro:arg name="side" default="left"/><link name="$(arg side)"/>')
+    assert "sied:=right: is no argument; the template's arguments: side (left)" in refuse(
+        read_robot, path, {"sied": "right"}
+    )
+
+
+@pytest.mark.parametrize("place", ["src/hands/hand_parts", "src/parts/hands/hand_parts", "src/hand_parts"])
+def test_packages_of_a_workspace_are_found(tmp_path: Path, place: str) -> None:
+    package, broken = tmp_path / place, tmp_path / "src/other/broken"
+    for folder in (package, broken):
+        folder.mkdir(parents=True)
+    (broken / "package.xml").write_text("<package>")
+    (package / "package.xml").write_text("<package><name>parts</name></package>")
+    (package / "part.xacro").write_text(f'{XMLNS}><link name="part"/></robot>')
+    include = '<xacro:include filename="$(find parts)/part.xacro"/>'
+    path = write_template(tmp_path / "src/arms/arm_description/urdf", include)
+    assert list(read_robot(path, {}).visuals) == ["part"]
 
 
 def test_other_commands_do_not_run_a_template(tmp_path: Path) -> None:
