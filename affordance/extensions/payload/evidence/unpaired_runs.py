@@ -13,7 +13,7 @@ from affordance.arrays import Array
 from affordance.extensions.payload.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.extensions.payload.evidence.fitted_arm import CELL, ArmRegression, FittedArm, build_link_scale
 from affordance.extensions.payload.evidence.gains import Gains
-from affordance.extensions.payload.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.extensions.payload.evidence.joint_statistics import NUM_COLUMNS, ChannelSamples, compute_statistics
 from affordance.extensions.payload.evidence.model_error import (
     build_phantom_covariance,
     estimate_sizes,
@@ -69,12 +69,13 @@ def fit_empty_arm(
             samples = ChannelSamples.of_joints(
                 robot.compute_payload_regressors(*part.motion),
                 part.v,
+                part.vdot,
                 error,
                 arm_torque=np.ones_like(error),
                 min_speed=settings.min_speed,
             )
             statistics = compute_statistics(samples, round(settings.block / CELL) * length)
-            w = np.zeros((robot.num_joints, 26))
+            w = np.zeros((robot.num_joints, NUM_COLUMNS))
             w[:, -1] = 1.0
             squares += np.maximum(statistics.sum_block_squares(w), statistics.sum_squares(w))
             counts += statistics.counts
