@@ -175,7 +175,9 @@ def test_the_residual_is_what_the_best_friction_leaves(samples, rng):
     pi = rng.standard_normal(10)
     w = likelihood.build_residual_weights(pi)
     c, k = 1, samples.used[:, 1]
-    F = np.column_stack([samples.direction[k, c], samples.velocity[k, c], np.ones(k.sum()), samples.acceleration[k, c]])
+    F = np.column_stack(
+        [samples.direction[k, c], samples.velocity[k, c], np.ones(k.sum()), samples.acceleration[k, c]]
+    )
     load = samples.tau_arm[k, c] + samples.Y[k, c] @ (pi + prior.phantom)
     rest = samples.signal[k, c] - (prior.gain[c, 0] + prior.gain[c, 1] * samples.load_sign[k, c]) * load
     precision = F.T @ F / variance[c] + np.diag(np.append(prior.friction_sd[c], prior.rotor_sd[c]) ** -2.0)
