@@ -5,11 +5,11 @@ is modelled as
 
     x = g (tau_arm + Y pi) + h s (tau_arm + Y pi) + c_C d + c_v v + c_0 + g J vdot + e
 
-with g the gain, h = mu g friction that grows with load, d the direction of motion, s = d sign(load), c friction, and J
-the inertia of the rotor, felt at the joint. Every term is a column of z = [tau_arm, Y, s tau_arm, s Y, d, v, 1, vdot,
-x], 27 numbers. For any values of the unknowns the residual is therefore w^T z, and the sum of its squares w^T S w with S the sum of z z^T. Nothing is linearised and no
-information is lost. The same sum over blocks of some seconds measures how strongly errors of neighbouring samples are
-correlated.
+with g the gain, h = mu g friction that grows with load, d the direction of motion, s = d sign(load), c friction,
+and J the inertia of the rotor, felt at the joint. Every term is a column of z = [tau_arm, Y, s tau_arm, s Y, d, v,
+1, vdot, x], 27 numbers. For any values of the unknowns the residual is therefore w^T z, and the sum of its squares
+w^T S w with S the sum of z z^T. Nothing is linearised and no information is lost. The same sum over blocks of some
+seconds measures how strongly errors of neighbouring samples are correlated.
 """
 
 from dataclasses import dataclass

@@ -29,8 +29,8 @@ from affordance.plant.serial_chain import SerialChain
 
 # Length of the stretches that are predicted by an arm fitted to the others, and of the gap on either side, [cells].
 _STRETCH, _GUARD = 8, 1
-# Fewest held postures to which an arm is fitted. Intervals of simulated loads hold the truth from 8 on; below, equations
-# without a solution occur.
+# Fewest held postures to which an arm is fitted. Intervals of simulated loads hold the truth from 8 on; below, the
+# equations often have no solution.
 _FEWEST_POSTURES = 12
 # Candidates for the friction that a fit leaves unexplained, as a share of each joint's friction.
 _SHARES = np.geomspace(0.01, 1.0, 9)
