@@ -93,8 +93,9 @@ PANDA = ArmErrors(
 # Motor currents of an arm like a UR10e. Gains, load friction, friction and residuals of a pair: from a published
 # recording (docs/decisions/0020-recorded-data.md). Drift: neodymium magnets lose .09 to .12 % of their flux per
 # kelvin (makers' data sheets); joints warm by 15 K in the first hour of work and by 4 K in the minutes between two
-# runs, and differ by 5 K from each other. Rotor inertia: a few tenths to one at the large joints, as in makers'
-# dynamic models.
+# runs, and differ by 5 K from each other. Rotor inertia: the empty run of that recording, fitted joint by joint with
+# own weight, friction and acceleration, gives 5.5 and 7.5 at the two largest joints, which have the same motor, 1.8
+# at the elbow and .44 to .60 at the wrist. An arm fitted to all joints at once gives 7.4, 6.2, 1.8 and .45.
 UR_LIKE = ArmErrors(
     robot=_HERE / "ur_like.urdf",
     tip="tool0",
@@ -103,7 +104,7 @@ UR_LIKE = ArmErrors(
     signal_per_torque=(0.073, 0.082, 0.099, 0.096, 0.099, 0.097),
     coulomb=(15.0, 12.0, 6.0, 2.5, 2.5, 2.0),
     viscous=(20.0, 12.0, 6.0, 2.0, 2.0, 2.0),
-    rotor_inertia=(1.0, 1.0, 0.5, 0.1, 0.1, 0.1),
+    rotor_inertia=(5.5, 5.5, 1.8, 0.45, 0.45, 0.45),
     load_friction=(0.03, 0.10),
     scale_common=0.0,
     scale_own=0.0,

@@ -67,6 +67,7 @@ class Truth:
     load_friction: float = 0.0  # load friction mu of each joint
     # Coulomb friction, viscous friction and offset, times gain, [N m].
     friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotor_inertia: float = 0.0  # inertia of each joint's rotor, felt at the joint, [kg m^2]
     noise_sd: float = 0.05  # standard deviation of the error, times gain, [N m]
     agreement: float = 0.3  # time over which errors agree, [s]; 0 for white noise
     file_error: float = 0.0  # relative difference of the links' inertias from those of the robot's file
@@ -81,13 +82,14 @@ def generate_run(
     duration: float = 20.0,
     rate: float = 100.0,
     motion_seed: int = 0,
+    speed: float = 1.0,
     start: float = 0.0,
     kind: SignalKind = SignalKind.JOINT_TORQUE,
     source: str = "generated",
 ) -> Run:
-    """Generates a run; motions of one seed are the same."""
+    """Generates a run; motions of one seed are the same, at a multiple of their usual speed."""
     times = np.arange(0.0, duration, 1.0 / rate)
-    q, v, vdot = _move(robot.num_joints, times, motion_seed)
+    q, v, vdot = _move(robot.num_joints, times, motion_seed, speed)
     pi = np.zeros(10) if payload is None else payload
     description = RunDescription(robot.joint_names, kind)
     if kind is SignalKind.WRENCH:
@@ -100,7 +102,7 @@ def generate_run(
     load = load + robot.compute_payload_regressors(q, v, vdot) @ pi
     coulomb, viscous, offset = truth.friction
     torque = load + truth.load_friction * np.abs(load) * np.sign(v)
-    torque = torque + coulomb * np.sign(v) + viscous * v + offset
+    torque = torque + coulomb * np.sign(v) + viscous * v + offset + truth.rotor_inertia * vdot
     torque = torque + truth.noise_sd * draw_errors(times, robot.num_joints, truth.agreement, rng)
     return Run(source, description, times + start, q, truth.gain * torque, v=v)
 
@@ -132,7 +134,7 @@ def record(
 def build_likelihood(Y: Array, signal: Array, variance: float, gain_sd: float = 0.0) -> PayloadLikelihood:
     """The likelihood of torques without friction, with regressors Y, (N, C, 10), and signals, (N, C)."""
     zero, num = np.zeros_like(signal), signal.shape[1]
-    samples = ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
+    samples = ChannelSamples(Y, zero, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
     covariance = np.tile(np.diag([gain_sd**2, 0.0]), (num, 1, 1))
     no_friction = np.zeros((num, 3))
     prior = ChannelPrior(np.tile([1.0, 0.0], (num, 1)), covariance, no_friction, no_friction)
@@ -157,12 +159,12 @@ def rename(run: Run, **changes: object) -> Run:
     return replace(run, description=replace(run.description, **changes))  # type: ignore[arg-type]
 
 
-def _move(num_joints: int, times: Array, seed: int) -> tuple[Array, Array, Array]:
+def _move(num_joints: int, times: Array, seed: int, speed: float) -> tuple[Array, Array, Array]:
     """A sum of slow sines, as robots are moved for identification."""
     rng = np.random.default_rng(seed)
     q, v, vdot = (np.zeros((len(times), num_joints)) for _ in range(3))
     for harmonic in range(1, 5):
-        omega = 2.0 * np.pi * 0.1 * harmonic
+        omega = 2.0 * np.pi * 0.1 * speed * harmonic
         a, b = rng.normal(0.0, 0.5 / harmonic, (2, num_joints))
         s, c = np.sin(omega * times)[:, None], np.cos(omega * times)[:, None]
         q += a * s + b * c

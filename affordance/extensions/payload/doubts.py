@@ -118,8 +118,10 @@ _MOST_APART, _SHORTEST_HALF = 4.0, 4.0
 class OwnWeight(NamedTuple):
     """Regression of a run's signals on the torques due to the arm's own weight."""
 
-    gain: Array  # signal per torque, fitted together with friction, shape (n,), [unit of the signal per N m]
-    explained: Array  # share of the signal's variance beyond friction that the torques explain, shape (n,)
+    # Signal per torque, fitted together with friction and rotor inertia, shape (n,), [unit of the signal per N m].
+    gain: Array
+    # Share of the signal's variance beyond friction that the torques explain, with those of rotors, shape (n,).
+    explained: Array
     error: Array  # relative standard error of the gain, shape (n,)
     judged: Mask  # True for the joints that can be judged, shape (n,)
 
@@ -169,7 +171,10 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
             continue
         v, tau, x = prepared.v[used, j], torque[used, j], signal[used, j]
         friction = np.column_stack([np.sign(v), v, np.ones_like(v)])
-        own = np.column_stack([tau, np.abs(tau) * np.sign(v), friction])
+        columns = [tau, np.abs(tau) * np.sign(v), friction]
+        if run.description.kind.feels_gears:
+            columns.append(prepared.vdot[used, j])  # the inertia of the rotor, which no robot's file has
+        own = np.column_stack(columns)
         solution, without = np.linalg.lstsq(own, x)[0], np.linalg.lstsq(friction, x)[0]
         rest, all_of_it = np.sum((x - own @ solution) ** 2), np.sum((x - friction @ without) ** 2)
         gain[j], torque_sd[j] = solution[0], tau.std()

@@ -28,7 +28,7 @@ _SCALES = np.array([1.0, 1e2, 1e2, 1e2, *[1e4] * 6])
 def draw_fit(fit: PayloadFit) -> Figure:
     """Draws the load's contribution to each channel, the fit, and the residual, over time or by posture."""
     evidence = fit.evidence
-    z = evidence.samples.build_columns()  # (C, N, 26)
+    z = evidence.samples.build_columns()  # (C, N, 27)
     residual = np.einsum("cni,ci->nc", z, fit.weights)
     measured = z[:, :, SIGNAL].T
     num = len(evidence.channel_names)

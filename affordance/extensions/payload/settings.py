@@ -24,6 +24,11 @@ class SignalKind(enum.Enum):
     WRENCH = "wrench"  # force and torque of a sensor at the wrist
 
     @property
+    def feels_gears(self) -> bool:
+        """True if the signal contains friction of gears and the inertia of rotors."""
+        return self in (SignalKind.MOTOR_TORQUE, SignalKind.CURRENT)
+
+    @property
     def unit(self) -> str:
         """Unit of the signal."""
         return {"current": "A", "wrench": "N, N m"}.get(self.value, "N m")

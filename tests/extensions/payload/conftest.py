@@ -31,4 +31,5 @@ def samples(rng: np.random.Generator) -> ChannelSamples:
     """Sixty random samples of three channels."""
     d, s = np.sign(rng.standard_normal((2, 60, 3)))
     tau_arm, v, signal = rng.standard_normal((3, 60, 3))
-    return ChannelSamples(rng.standard_normal((60, 3, 10)), tau_arm, d * s, d, v, signal, rng.random((60, 3)) > 0.2)
+    Y, used, vdot = rng.standard_normal((60, 3, 10)), rng.random((60, 3)) > 0.2, rng.standard_normal((60, 3))
+    return ChannelSamples(Y, tau_arm, d * s, d, v, vdot, signal, used)

@@ -10,6 +10,8 @@ from affordance.extensions.payload.doubts import compare_with_own_weight
 from affordance.extensions.payload.evidence.gains import read_gains, write_gains
 from affordance.extensions.payload.evidence.payload_likelihood import PayloadLikelihood
 from affordance.extensions.payload.identify import Runs, identify
+from affordance.extensions.payload.posterior.calibration import estimate_gains
+from affordance.extensions.payload.recording.preparation import prepare
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _SETTINGS = IdentificationSettings(num_samples=200)
@@ -41,6 +43,49 @@ def test_gains_remember_their_robot(robot, pair, tmp_path):
     doubts = identify(heavier, pair, gains=gains, settings=_SETTINGS).doubts
     assert len(doubts) == 1
     assert "with the file of another robot" in doubts[0]
+
+
+_ROTORS = Truth(gain=0.1, friction=(1.0, 0.5, 0.2), noise_sd=0.1, rotor_inertia=3.0)
+
+
+def _record_rotors(robot, rng, speed, truth=_ROTORS, kind=SignalKind.CURRENT):
+    """A pair with 2.4 kg on an arm whose rotors are as inert as its links, as in geared arms."""
+    loaded, empty = (
+        generate_run(robot, payload, truth=truth, rng=rng, kind=kind, rate=50.0, speed=speed)
+        for payload in (2.0 * PAYLOAD, None)
+    )
+    return Runs(loaded, (empty,))
+
+
+def test_the_inertia_of_rotors_is_no_reason_for_doubt(robot):
+    """A fast pair is trusted with the gains of a slow one and with its own, though no robot's file has rotors."""
+    rng = np.random.default_rng(3)
+    slow, fast = (_record_rotors(robot, rng, speed) for speed in (1.0, 3.0))
+    mass = 2.0 * PAYLOAD[0]
+    gains = identify(robot, slow, reference_mass=mass, settings=_SETTINGS).calibration
+    assert compare_with_own_weight(robot, fast.empty[0], DEFAULT_SETTINGS).judged[0]
+    for belief in (
+        identify(robot, fast, gains=gains, settings=_SETTINGS),
+        identify(robot, fast, reference_mass=mass, settings=_SETTINGS),
+    ):
+        assert belief.doubts == ()
+        assert abs(belief.mass - mass) < 0.02 * mass
+
+
+@pytest.mark.parametrize("kind", [SignalKind.CURRENT, SignalKind.MOTOR_TORQUE])
+def test_the_inertia_of_rotors_is_not_mistaken_for_load_or_gain(robot, kind):
+    """Without an empty run the interval holds the load; gains by the own weight are right within their errors."""
+    truth = _ROTORS if kind is SignalKind.CURRENT else replace(_ROTORS, gain=1.0)
+    loaded, (empty,) = _record_rotors(robot, np.random.default_rng(3), 3.0, truth, kind)
+    belief = identify(robot, Runs(loaded), settings=_SETTINGS)
+    assert belief.doubts == ()
+    low, high = belief.mass_interval90
+    assert low < 2.0 * PAYLOAD[0] < high
+    if kind is SignalKind.CURRENT:
+        own = estimate_gains(robot, empty, prepare(empty, DEFAULT_SETTINGS), DEFAULT_SETTINGS)
+        sure = np.sqrt(own.covariance[:, 0, 0]) < 0.3 * own.mean[:, 0]
+        assert sure.sum() >= 3
+        assert (np.abs(own.mean[sure, 0] - 0.1) < 0.01).all()
 
 
 @pytest.mark.parametrize("analysis", ["no empty run", "unpaired", "paired", "gains"])

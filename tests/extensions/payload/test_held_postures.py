@@ -1,5 +1,7 @@
 """Identification from held postures, end to end: what it finds, and what it says that they do not show."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.generated_runs import PAYLOAD
@@ -46,6 +48,22 @@ def test_four_postures_determine_mass_and_centre_of_mass(robot, num, sensor):
         assert belief.is_trusted, belief.doubts
         assert belief.mass_sd < 0.15
     assert np.sum(inside, axis=0).min() >= 15
+
+
+@pytest.mark.parametrize("paired", [True, False])
+def test_times_of_postures_have_no_meaning(robot, rng, paired):
+    """Postures a second apart, or at uneven times, give the same masses as those half a second apart."""
+    runs = _hold_pair(robot, rng, 12)
+    masses = []
+    for times in (runs.loaded.times, np.arange(12.0), np.cumsum(rng.uniform(0.1, 9.0, 12))):
+        later = Runs(replace(runs.loaded, times=times), (replace(runs.empty[0], times=times),))
+        masses.append(identify(robot, later, paired=paired, settings=_FAST).mass)
+    assert masses[1:] == masses[:1] * 2
+
+
+def test_too_few_postures_for_a_fitted_arm_are_refused(robot, rng):
+    message = refuse(identify, robot, _hold_pair(robot, rng, 6), paired=False)
+    assert "empty: q: has 6 postures, must have at least 12 for an arm to be fitted to them: hold the same" in message
 
 
 def test_moments_are_not_seen_at_rest_and_no_motion_is_advised(robot, rng):

@@ -41,7 +41,7 @@ def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike
 
     Args:
         statistics: Sums over the postures.
-        weights: Weights w of the residual w^T z, shape (C, 26).
+        weights: Weights w of the residual w^T z, shape (C, 27).
         alike: Groups of channels with errors of similar size.
     """
     variance = np.empty(statistics.num_channels)
@@ -78,7 +78,7 @@ class ErrorModel(NamedTuple):
     alike_at_rest: tuple[slice, ...] = ()
 
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Estimates the long-run variance of each channel's error from the residual w^T z, w (C, 26); shape (C,).
+        """Estimates the long-run variance of each channel's error from the residual w^T z, w (C, 27); shape (C,).
 
         The estimate is the sum of the squared block sums of the residual divided by the number of samples, that is,
         the variance of one sample times the number of samples that share its error. It is at least the variance with
@@ -177,6 +177,19 @@ class Evidence:
         prior = settings.get_prior(self.kind)
         return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
 
+    def list_rotor_sds(self) -> Array:
+        """Returns prior SDs of the rotors' inertias times gain, (C,): as much as would cause the whole signal.
+
+        No robot's file has these inertias: felt at the joints, those of a UR10e are .4 to 7 kg m^2. They cancel in a
+        difference, and neither torque sensors beyond the gears nor wrist sensors feel them.
+        """
+        samples = self.samples
+        signal, vdot = (
+            np.sqrt((samples.used * each**2).sum(axis=0)) for each in (samples.signal, samples.acceleration)
+        )
+        moves = (vdot > 0.0) & self.kind.feels_gears & (not self.is_difference)
+        return np.divide(signal, vdot, out=np.zeros_like(signal), where=moves)
+
     def build_error_model(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""
         errors = build_error_model(self.rate, self.prepared.cutoff, self.least_variance, settings)
@@ -243,13 +256,14 @@ def build_evidence(
         arm_torque = zero
         # Forces come first, as in sensor messages.
         W = robot.compute_wrench_regressors(*prepared.motion)[:, [3, 4, 5, 0, 1, 2]]
-        samples = ChannelSamples(W, zero, zero, zero, zero, prepared.signal, np.ones(zero.shape, dtype=bool))
+        samples = ChannelSamples(W, zero, zero, zero, zero, zero, prepared.signal, np.ones(zero.shape, dtype=bool))
     else:
         _, arm_torque, Y = dynamics or robot.compute_dynamics(*prepared.motion)
         names = robot.joint_names
         samples = ChannelSamples.of_joints(
             Y,
             prepared.v,
+            prepared.vdot,
             prepared.signal,
             arm_torque=arm_torque,
             min_speed=settings.min_speed,

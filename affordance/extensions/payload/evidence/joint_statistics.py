@@ -3,13 +3,13 @@
 A channel is a joint whose torque (or current) is measured, or one of the six components of a wrist sensor. Its signal
 is modelled as
 
-    x = g (tau_arm + Y pi) + h s (tau_arm + Y pi) + c_C d + c_v v + c_0 + e
+    x = g (tau_arm + Y pi) + h s (tau_arm + Y pi) + c_C d + c_v v + c_0 + g J vdot + e
 
-with g the gain, h = mu g friction that grows with load, d the direction of motion, s = d sign(load), and c friction.
-Every term is a column of z = [tau_arm, Y, s tau_arm, s Y, d, v, 1, x], 26 numbers. For any values of the unknowns the
-residual is therefore w^T z, and the sum of its squares w^T S w with S the sum of z z^T. Nothing is linearised and no
-information is lost. The same sum over blocks of some seconds measures how strongly errors of neighbouring samples are
-correlated.
+with g the gain, h = mu g friction that grows with load, d the direction of motion, s = d sign(load), c friction,
+and J the inertia of the rotor, felt at the joint. Every term is a column of z = [tau_arm, Y, s tau_arm, s Y, d, v,
+1, vdot, x], 27 numbers. For any values of the unknowns the residual is therefore w^T z, and the sum of its squares
+w^T S w with S the sum of z z^T. Nothing is linearised and no information is lost. The same sum over blocks of some
+seconds measures how strongly errors of neighbouring samples are correlated.
 """
 
 from dataclasses import dataclass
@@ -23,8 +23,9 @@ from affordance.arrays import Array, Mask
 ARM = 0
 LOAD = slice(0, 22)  # tau_arm and Y, then both times s
 FRICTION = slice(22, 25)
-SIGNAL = 25
-NUM_COLUMNS = 26
+ROTOR = 25
+SIGNAL = 26
+NUM_COLUMNS = 27
 
 
 class ChannelSamples(NamedTuple):
@@ -35,25 +36,29 @@ class ChannelSamples(NamedTuple):
     load_sign: Array  # factor s of load friction, shape (N, C), from -1 to 1
     direction: Array  # direction of motion d, -1, 0 or 1, shape (N, C)
     velocity: Array  # joint velocities, shape (N, C), [rad/s]
+    acceleration: Array  # joint accelerations, shape (N, C), [rad/s^2]
     signal: Array  # signal x, shape (N, C), in its own unit
     used: Mask  # True where a sample is used, shape (N, C)
 
     @classmethod
-    def of_joints(cls, Y: Array, v: Array, signal: Array, *, arm_torque: Array, min_speed: float) -> "ChannelSamples":
+    def of_joints(
+        cls, Y: Array, v: Array, vdot: Array, signal: Array, *, arm_torque: Array, min_speed: float
+    ) -> "ChannelSamples":
         """Builds the samples of joints; those slower than the minimum speed, [rad/s], are not used.
 
         The sign of the load is that of the torque of the arm alone, shape (N, n), whether or not the signal contains
         it.
         """
         direction = np.sign(v)
-        return cls(Y, arm_torque, direction * np.sign(arm_torque), direction, v, signal, np.abs(v) >= min_speed)
+        sign = direction * np.sign(arm_torque)
+        return cls(Y, arm_torque, sign, direction, v, vdot, signal, np.abs(v) >= min_speed)
 
     def select(self, rows: Mask | slice) -> "ChannelSamples":
         """Returns the samples of some rows."""
         return self._replace(**{name: values[rows] for name, values in self._asdict().items()})
 
     def build_columns(self) -> Array:
-        """Builds the columns z, zero for samples that are not used, shape (C, N, 26)."""
+        """Builds the columns z, zero for samples that are not used, shape (C, N, 27)."""
         num, channels = self.velocity.shape
         half = LOAD.stop // 2
         z = np.empty((channels, num, NUM_COLUMNS))
@@ -63,6 +68,7 @@ class ChannelSamples(NamedTuple):
         z[..., FRICTION] = 1.0
         z[..., FRICTION.start] = self.direction.T
         z[..., FRICTION.start + 1] = self.velocity.T
+        z[..., ROTOR] = self.acceleration.T
         z[..., SIGNAL] = self.signal.T
         z *= self.used.T[..., None]
         return z
@@ -72,9 +78,9 @@ class ChannelSamples(NamedTuple):
 class JointStatistics:
     """Sums over all samples so far."""
 
-    products: Array  # sum of z z^T of each channel, shape (C, 26, 26)
-    block_products: Array  # sum of b b^T, where b is the sum of z over a complete block, shape (C, 26, 26)
-    block_sum: Array  # sum of z over the block that is not yet complete, shape (C, 26)
+    products: Array  # sum of z z^T of each channel, shape (C, 27, 27)
+    block_products: Array  # sum of b b^T, where b is the sum of z over a complete block, shape (C, 27, 27)
+    block_sum: Array  # sum of z over the block that is not yet complete, shape (C, 27)
     counts: Array  # number of used samples of each channel, shape (C,)
     block_length: int  # number of rows in a block
     num_rows: int  # number of rows so far, including unused ones
@@ -85,7 +91,7 @@ class JointStatistics:
         return len(self.counts)
 
     def sum_squares(self, w: Array) -> Array:
-        """Computes the sum of squared residuals w^T z of each channel, (C,), from w of shape (C, 26)."""
+        """Computes the sum of squared residuals w^T z of each channel, (C,), from w of shape (C, 27)."""
         total: Array = np.einsum("ci,cij,cj->c", w, self.products, w)
         return total
 
@@ -100,7 +106,7 @@ def compute_statistics(samples: ChannelSamples, block_length: int) -> JointStati
     """Computes the sums over a whole run."""
     z = samples.build_columns()
     num_rows = z.shape[1]
-    sums = np.add.reduceat(z, np.arange(0, num_rows, block_length), axis=1)  # (C, blocks, 26)
+    sums = np.add.reduceat(z, np.arange(0, num_rows, block_length), axis=1)  # (C, blocks, 27)
     whole = num_rows % block_length == 0
     closed = sums if whole else sums[:, :-1]
     return JointStatistics(

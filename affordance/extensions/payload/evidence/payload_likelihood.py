@@ -21,6 +21,7 @@ from affordance.extensions.payload.evidence.joint_statistics import (
     FRICTION,
     LOAD,
     NUM_COLUMNS,
+    ROTOR,
     SIGNAL,
     JointStatistics,
 )
@@ -29,8 +30,9 @@ from affordance.objects.inertia import NUM_PARAMETERS
 _NUM_LOAD = 22  # number of columns of z that contain the load
 _HALF = 11  # number of these columns without the factor s, and with it
 _KEPT = np.r_[0:_NUM_LOAD, SIGNAL]
-# Columns of friction, and that of the arm's torque, which remains in a difference of two runs whose gains differ.
-_NUISANCES = np.r_[FRICTION, ARM]
+# Columns of friction and rotor, and that of the arm's torque, which remains in a difference of two runs whose gains
+# differ.
+_NUISANCES = np.r_[FRICTION, ROTOR, ARM]
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,8 @@ class ChannelPrior:
     # [unit of the signal per N m]: the change common to all channels, in proportion, and each channel's own.
     shared_change_sd: Array | float = 0.0
     own_change_sd: Array | float = 0.0
+    # Standard deviation of the rotors' inertias times gain, shape (C,), [unit of the signal per rad/s^2].
+    rotor_sd: Array | float = 0.0
 
 
 class _AtLoad(NamedTuple):
@@ -83,10 +87,12 @@ class PayloadLikelihood:
         shift[:, FRICTION, SIGNAL] = -prior.friction
         products = shift.transpose(0, 2, 1) @ statistics.products @ shift / long_run_variance[:, None, None]
         num = statistics.num_channels
-        own, shared = (np.broadcast_to(each, num) for each in (prior.own_change_sd, prior.shared_change_sd))
-        F = np.concatenate([prior.friction_sd, own[:, None]], axis=1)[:, :, None] * np.eye(4)
-        cross = F @ products[:, _NUISANCES[:, None], _KEPT]  # (C, 4, 23)
-        inner = np.eye(4) + F @ products[:, _NUISANCES[:, None], _NUISANCES] @ F
+        own, shared, rotor = (
+            np.broadcast_to(each, num) for each in (prior.own_change_sd, prior.shared_change_sd, prior.rotor_sd)
+        )
+        F = np.column_stack([prior.friction_sd, rotor, own])[:, :, None] * np.eye(5)
+        cross = F @ products[:, _NUISANCES[:, None], _KEPT]  # (C, 5, 23)
+        inner = np.eye(5) + F @ products[:, _NUISANCES[:, None], _NUISANCES] @ F
         # F u, with u the posterior mean of standardised friction, is linear in the residual without friction.
         self._friction = F @ np.linalg.solve(inner, cross)
         self._log_friction = float(np.linalg.slogdet(inner)[1].sum())
@@ -230,7 +236,7 @@ class PayloadLikelihood:
         return self.prior.gain + (covariance @ residual[..., None])[..., 0], covariance
 
     def build_residual_weights(self, pi: Array) -> Array:
-        """Builds w, (C, 26), such that w^T z is the residual at the most probable unknowns given a load, (10,)."""
+        """Builds w, (C, 27), such that w^T z is the residual at the most probable unknowns given a load, (10,)."""
         at = self._condition(pi)
         gain, _ = self._estimate_gains(at)
         load = at.load.copy()
@@ -241,7 +247,8 @@ class PayloadLikelihood:
         w[:, SIGNAL] = 1.0
         nuisances = (self._friction @ w[:, _KEPT, None])[..., 0]
         w[:, FRICTION] = -self.prior.friction - nuisances[:, :3]
-        w[:, ARM] -= nuisances[:, 3]
+        w[:, ROTOR] = -nuisances[:, 3]
+        w[:, ARM] -= nuisances[:, 4]
         return w
 
     def _extend(self, pi: Array) -> Array:

@@ -10,10 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.exceptions import BadValueError
 from affordance.extensions.payload.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.extensions.payload.evidence.fitted_arm import CELL, ArmRegression, FittedArm, build_link_scale
 from affordance.extensions.payload.evidence.gains import Gains
-from affordance.extensions.payload.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.extensions.payload.evidence.joint_statistics import NUM_COLUMNS, ChannelSamples, compute_statistics
 from affordance.extensions.payload.evidence.model_error import (
     build_phantom_covariance,
     estimate_sizes,
@@ -28,6 +29,9 @@ from affordance.plant.serial_chain import SerialChain
 
 # Length of the stretches that are predicted by an arm fitted to the others, and of the gap on either side, [cells].
 _STRETCH, _GUARD = 8, 1
+# Fewest held postures to which an arm is fitted. Intervals of simulated loads hold the truth from 8 on; below, the
+# equations often have no solution.
+_FEWEST_POSTURES = 12
 # Candidates for the friction that a fit leaves unexplained, as a share of each joint's friction.
 _SHARES = np.geomspace(0.01, 1.0, 9)
 # Friction scale for an arm from its file: the signal contains all of the friction, not only its change between two
@@ -69,12 +73,13 @@ def fit_empty_arm(
             samples = ChannelSamples.of_joints(
                 robot.compute_payload_regressors(*part.motion),
                 part.v,
+                part.vdot,
                 error,
                 arm_torque=np.ones_like(error),
                 min_speed=settings.min_speed,
             )
             statistics = compute_statistics(samples, round(settings.block / CELL) * length)
-            w = np.zeros((robot.num_joints, 26))
+            w = np.zeros((robot.num_joints, NUM_COLUMNS))
             w[:, -1] = 1.0
             squares += np.maximum(statistics.sum_block_squares(w), statistics.sum_squares(w))
             counts += statistics.counts
@@ -114,7 +119,17 @@ def fit_empty_arm(
 def build_unpaired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run minus the prediction of an arm fitted to the empty runs."""
+    """Builds the evidence of a loaded run minus the prediction of an arm fitted to the empty runs.
+
+    Raises:
+        BadValueError: The arm is at rest in too few postures for a fit.
+    """
+    num = sum(len(run.q) for run in empty)
+    if loaded.description.postures and num < _FEWEST_POSTURES:
+        problem = f"has {num} postures, must have at least {_FEWEST_POSTURES} for an arm to be fitted to them"
+        raise BadValueError(
+            empty[0].source, "q", f"{problem}: hold the same postures with the load (without --unpaired)"
+        )
     prepared, *without = prepare_alike([loaded, *empty], settings)
     signals = [
         restore_compensated(robot, run, part, gains.mean[:, 0]) for run, part in zip(empty, without, strict=True)

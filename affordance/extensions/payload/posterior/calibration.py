@@ -29,9 +29,6 @@ from affordance.plant.serial_chain import SerialChain
 SCALE_SD = 1e-3
 # SD of a gain of either sign before calibration, as a multiple of the typical ratio of signal to torque.
 _BROAD = 3.0
-# Reflected rotor inertia, which robot files lack, [kg m^2]: a few tenths to a few for arms with ten kilograms of
-# payload.
-_ROTOR_INERTIA = 1.0
 # Relative uncertainty at which a gain counts as unknown.
 _NO_GAIN = 10.0
 _NUM_PASSES = 3
@@ -67,6 +64,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
             evidence.phantom_covariance,
             not evidence.is_difference,
             *evidence.list_change_sds(scale, settings),
+            evidence.list_rotor_sds(),
         )
         fit = fit_payload(evidence, prior, solid, settings)
         found, _ = fit.likelihood.estimate_gains(fit.mode.load)
@@ -168,11 +166,10 @@ def _propagate(fit: PayloadFit) -> Array:
 
 
 def _measure_gain_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Computes the relative errors of gains that errors of links and rotors in the file cause, shape (n,)."""
+    """Computes the relative errors of gains that errors of links in the file cause, shape (n,)."""
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
     torque = samples.tau_arm * samples.used
     square = np.maximum((torque**2).sum(axis=0), np.finfo(float).tiny)
     of_links = np.einsum("nj,njp->jp", torque, W) * build_link_scale(robot)
-    of_rotor = _ROTOR_INERTIA * (torque * prepared.vdot).sum(axis=0)
-    share: Array = np.minimum(np.hypot(np.linalg.norm(of_links, axis=1), of_rotor) / square, _NO_GAIN)
+    share: Array = np.minimum(np.linalg.norm(of_links, axis=1) / square, _NO_GAIN)
     return share

@@ -32,7 +32,7 @@ class PayloadFit(NamedTuple):
     likelihood: PayloadLikelihood  # likelihood of the ten parameters
     mode: Mode  # most probable body
     long_run_variance: Array  # long-run variance of each channel, shape (C,)
-    weights: Array  # weights w of the residual w^T z, shape (C, 26)
+    weights: Array  # weights w of the residual w^T z, shape (C, 27)
 
 
 def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
@@ -49,6 +49,7 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
         evidence.phantom_covariance,
         not evidence.is_difference,
         *evidence.list_change_sds(gains.mean[:, 0], settings),
+        evidence.list_rotor_sds(),
     )
 
 

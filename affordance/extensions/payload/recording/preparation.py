@@ -13,7 +13,7 @@ from scipy.linalg import solve_banded
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.extensions.payload.recording.run import Run, resample
+from affordance.extensions.payload.recording.run import POSTURE_STEP, Run, resample
 from affordance.extensions.payload.settings import IdentificationSettings
 
 _ORDER = 4
@@ -60,7 +60,7 @@ def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
     bandwidth.
     """
     if run.description.postures:
-        return run.rate  # nothing is filtered
+        return 1.0 / POSTURE_STEP  # nothing is filtered
     times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     v = resample(times, run.times, np.gradient(run.q, run.times, axis=0) if run.v is None else run.v)
     v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints at rest record only noise
@@ -89,7 +89,7 @@ def _compute_bandwidth(v: Array, rate: float) -> float:
 def prepare(
     run: Run, settings: IdentificationSettings, *, cutoff: float | None = None, times: Array | None = None
 ) -> PreparedRun:
-    """Filters a run and computes its derivatives; postures are returned as they are, at rest.
+    """Filters a run and computes its derivatives; postures are returned as they are, at rest and at nominal times.
 
     Args:
         run: Recorded run.
@@ -102,8 +102,8 @@ def prepare(
         BadValueError: The run is too short to be trimmed.
     """
     if run.description.postures:
-        rest = np.zeros_like(run.q)
-        return PreparedRun(run.times, run.q, rest, rest, run.signal, compute_cutoff(run, settings))
+        rest, times = np.zeros_like(run.q), POSTURE_STEP * np.arange(len(run.q))
+        return PreparedRun(times, run.q, rest, rest, run.signal, compute_cutoff(run, settings))
     if times is None:
         times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     rate = 1.0 / (times[1] - times[0])

@@ -5,13 +5,13 @@ from scipy.stats import t
 from affordance.extensions.payload.evidence.evidence import estimate_variance_at_rest
 from affordance.extensions.payload.evidence.joint_statistics import SIGNAL, ChannelSamples, compute_statistics
 
-_WEIGHTS = np.tile(np.eye(26)[SIGNAL], (6, 1))
+_WEIGHTS = np.tile(np.eye(27)[SIGNAL], (6, 1))
 
 
 def _sum(signal):
     zero = np.zeros_like(signal)
     samples = ChannelSamples(
-        np.zeros((*signal.shape, 10)), zero, zero, zero, zero, signal, np.ones(signal.shape, bool)
+        np.zeros((*signal.shape, 10)), zero, zero, zero, zero, zero, signal, np.ones(signal.shape, bool)
     )
     return compute_statistics(samples, 1)
 

@@ -7,10 +7,10 @@ _BLOCK = 7
 
 
 def test_sums_of_squares_are_those_of_the_residual(samples, rng):
-    g, h, pi, c = 1.3, 0.2, rng.standard_normal(10), rng.standard_normal(3)
-    w = np.concatenate([-g * np.append(1.0, pi), -h * np.append(1.0, pi), -c, [1.0]])
+    g, h, J, pi, c = 1.3, 0.2, 0.7, rng.standard_normal(10), rng.standard_normal(3)
+    w = np.concatenate([-g * np.append(1.0, pi), -h * np.append(1.0, pi), -c, [-J, 1.0]])
     load = samples.tau_arm + samples.Y @ pi
-    friction = c[0] * samples.direction + c[1] * samples.velocity + c[2]
+    friction = c[0] * samples.direction + c[1] * samples.velocity + c[2] + J * samples.acceleration
     residual = (samples.signal - (g + h * samples.load_sign) * load - friction) * samples.used
     sums = compute_statistics(samples, _BLOCK)
     weights = np.tile(w, (3, 1))

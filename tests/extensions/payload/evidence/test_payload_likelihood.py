@@ -25,6 +25,7 @@ def _build_prior(rng: np.random.Generator, *, gain_sd: float, phantom_sd: float)
         np.abs(rng.standard_normal((_CHANNELS, 3))),
         0.1 * rng.standard_normal(10),
         phantom @ phantom.T,
+        rotor_sd=np.abs(rng.standard_normal(_CHANNELS)),
     )
 
 
@@ -34,7 +35,7 @@ _KNOWN_GAINS = ChannelPrior(np.tile([1.0, 0.0], (3, 1)), np.zeros((3, 2, 2)), np
 def _build_samples(Y: Array, signal: Array) -> ChannelSamples:
     """Samples without friction and without an arm."""
     zero = np.zeros_like(signal)
-    return ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
+    return ChannelSamples(Y, zero, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
 
 
 def _compute_density(samples: ChannelSamples, prior: ChannelPrior, variance: Array, pi: Array) -> float:
@@ -51,6 +52,7 @@ def _compute_density(samples: ChannelSamples, prior: ChannelPrior, variance: Arr
             variance[c] * np.eye(k.sum())
             + A @ prior.gain_covariance[c] @ A.T
             + F @ np.diag(prior.friction_sd[c] ** 2) @ F.T
+            + np.broadcast_to(prior.rotor_sd, _CHANNELS)[c] ** 2 * np.outer(*[samples.acceleration[k, c]] * 2)
             + np.broadcast_to(prior.own_change_sd, _CHANNELS)[c] ** 2 * np.outer(arm, arm)
         )
         shared.append(np.broadcast_to(prior.shared_change_sd, _CHANNELS)[c] * arm)
@@ -102,7 +104,7 @@ def test_the_change_of_gains_is_what_the_runs_say(rng):
     Y, tau_arm = rng.standard_normal((400, 3, 10)), 50.0 * rng.standard_normal((400, 3))
     pi, zero = rng.standard_normal(10), np.zeros((400, 3))
     signal = Y @ pi + tau_arm * np.array([0.03, 0.03, 0.05]) + 0.01 * rng.standard_normal((400, 3))
-    samples = ChannelSamples(Y, tau_arm, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
+    samples = ChannelSamples(Y, tau_arm, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
     prior = replace(_KNOWN_GAINS, has_arm=False, shared_change_sd=0.03, own_change_sd=0.01)
     likelihood = PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(3, 1e-4))
     change, sd = likelihood.estimate_changes(pi)
@@ -173,12 +175,14 @@ def test_the_residual_is_what_the_best_friction_leaves(samples, rng):
     pi = rng.standard_normal(10)
     w = likelihood.build_residual_weights(pi)
     c, k = 1, samples.used[:, 1]
-    F = np.column_stack([samples.direction[k, c], samples.velocity[k, c], np.ones(k.sum())])
+    F = np.column_stack(
+        [samples.direction[k, c], samples.velocity[k, c], np.ones(k.sum()), samples.acceleration[k, c]]
+    )
     load = samples.tau_arm[k, c] + samples.Y[k, c] @ (pi + prior.phantom)
     rest = samples.signal[k, c] - (prior.gain[c, 0] + prior.gain[c, 1] * samples.load_sign[k, c]) * load
-    precision = F.T @ F / variance[c] + np.diag(prior.friction_sd[c] ** -2.0)
-    information = F.T @ rest / variance[c] + prior.friction[c] / prior.friction_sd[c] ** 2
-    assert_allclose(-w[c, 22:25], np.linalg.solve(precision, information), rtol=1e-9)
+    precision = F.T @ F / variance[c] + np.diag(np.append(prior.friction_sd[c], prior.rotor_sd[c]) ** -2.0)
+    information = F.T @ rest / variance[c] + np.append(prior.friction[c] / prior.friction_sd[c] ** 2, 0.0)
+    assert_allclose(-w[c, 22:26], np.linalg.solve(precision, information), rtol=1e-9)
 
 
 def test_a_phantom_is_integrated_out_on_average_where_gains_are_uncertain(samples, rng):

@@ -118,7 +118,7 @@ def test_without_data_the_posterior_is_the_prior(rng):
 
 def _empty_samples() -> ChannelSamples:
     zero = np.zeros((3, 2))
-    return ChannelSamples(np.zeros((3, 2, 10)), zero, zero, zero, zero, zero, np.zeros((3, 2), dtype=bool))
+    return ChannelSamples(np.zeros((3, 2, 10)), zero, zero, zero, zero, zero, zero, np.zeros((3, 2), dtype=bool))
 
 
 def test_effective_size_is_what_the_scatter_over_seeds_says(monkeypatch):
