@@ -53,7 +53,9 @@ class ColumnMap(NamedTuple):
 
 
 _WRENCH = {name: name for name in ("fx", "fy", "fz", "tx", "ty", "tz")}
-_STANDARD = {name: rf"{name}_(\d+)" for name in ("q", "v", "vdot", "tau", "current")}
+# Our own names and those of LeRobot; the commanded action is no measurement.
+_LEROBOT = {"q": "state", "v": "velocity", "vdot": "acceleration", "tau": "effort|torque", "current": "current"}
+_STANDARD = {name: rf"(?:{name}|observation\.(?:{theirs}))_(\d+)" for name, theirs in _LEROBOT.items()}
 COLUMN_MAPS = {
     "standard": ColumnMap({"time": "time", **_STANDARD, **_WRENCH}, 1, 1.0),
     # franka::logToCSV of any version; tau_J is the torque of the link-side sensors, without any compensation.

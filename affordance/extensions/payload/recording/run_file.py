@@ -40,6 +40,8 @@ from affordance.files.data_model import load_model
 
 _DESCRIPTIONS = (".yaml", ".yml")
 _BAGS = (".mcap", ".db3", ".bag")
+# Names of what was commanded, not measured, and of signals.
+_NO_ANGLES = re.compile("action|command|cmd|target|desired|goal|tau|torque|effort|current|force", re.IGNORECASE)
 _TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # likely names of a column of times
 # Largest change of a joint angle of an arm at rest, [rad]: droop under load, or encoder noise.
 _STILL = 5e-3
@@ -191,7 +193,7 @@ def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
             return "; a table of held postures needs none if the description has 'postures: true'"
         return f"""; list another name under columns, as in 'columns: {{time: {likely[0]}}}'"""
     stems = Counter(re.sub(r"\d+", "{}", name, count=1) for name in names if re.search(r"\d", name))
-    numbered = [stem for stem, count in stems.items() if count == num]
+    numbered = [stem for stem, count in stems.items() if count == num and not _NO_ANGLES.search(stem)]
     likely = [stem for stem in numbered if re.search("pos|ang|q", stem, re.IGNORECASE)] or numbered
     return f"""; list other names under columns, as in 'columns: {{q: "{likely[0]}"}}'""" if likely else ""
 

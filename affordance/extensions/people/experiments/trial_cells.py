@@ -1,6 +1,7 @@
 """Reads the cells of a table that a spreadsheet or another program wrote; errors name row and column."""
 
 import difflib
+import itertools
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -17,6 +18,7 @@ from affordance.files.constraints import check_names
 
 # Value of the column ``learner`` for people.
 PEOPLE = "people"
+INDEX = "(row numbers)"  # name given to a first column without a name that counts rows
 LARGEST = 20_000_000  # size of a table, [byte]
 # Truth values in several languages whose spreadsheets write decimal commas.
 _TRUE = ("", "true", "yes", "1", "wahr", "ja", "vrai", "oui", "vero", "verdadero")
@@ -97,6 +99,9 @@ def name_cells(
         lambda cell: "" if cell.strip().lower() == "n/a" else cell.strip()
     )  # n/a is that of BIDS
     table = table.loc[(table != "").any(axis=1), (table != "").any()]
+    if len(table) > 1 and _counts_rows(list(table.iloc[:, 0])):  # the index that pandas writes
+        table.iloc[0, 0] = INDEX
+        table = table[(table.iloc[:, 1:] != "").any(axis=1)]
     if len(table) < 2:
         raise BadValueError(path, "", "has no trials, must have a row of names and a row for each trial")
     head = list(table.iloc[0])
@@ -127,6 +132,12 @@ def name_cells(
             problem = f"is missing among {', '.join(head[:20])}; --columns {name}=NAME names the column to use"
             raise BadValueError(path, name, problem)
     return Cells(path, table.iloc[1:].set_axis([*labels], axis=1), labels)
+
+
+def _counts_rows(column: Sequence[str]) -> bool:
+    """Returns whether a column has no name and its cells are whole numbers that rise."""
+    numbers = [int(cell) for cell in column[1:] if cell.isdecimal()]
+    return not column[0] and len(numbers) == len(column) - 1 and all(a < b for a, b in itertools.pairwise(numbers))
 
 
 def refuse_cell(cells: Cells, place: int, name: str, problem: str) -> NoReturn:

@@ -18,6 +18,7 @@ from affordance.arguments import REPEATS
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.shared.holds import OWN_VALUES
 from affordance.extensions.people.experiments.trial_cells import (
+    INDEX,
     Cells,
     check_cell,
     name_cells,
@@ -58,7 +59,7 @@ class TrialTable(NamedTuple):
         rows: Columns of ``COLUMNS``, in SI units; ``place``, the index of the participant; ``tool``, the index of the
             presented object in ``tools``; and the table's further columns as texts.
         tools: Objects as they are presented, with the mass and the look that their rows give them.
-        unused: Names of further columns that are left out, because results need their names.
+        unused: Names of further columns that are left out: row numbers, and names that results need.
         source: File of the table.
         numbers: Number of each row in the file.
     """
@@ -144,7 +145,7 @@ def _check(
     rows["cycle"] = rows["cycle"].where(rows["cycle"].notna(), counted).astype(int)
     rows["tool"], presented = _list_presented(cells, rows, by_name, materials)
     further = [name for name in cells.labels if name not in (*COLUMNS, "block")]
-    taken = (*WRITTEN, *(name for name in further if name.startswith(OWN_VALUES)))
+    taken = (INDEX, *WRITTEN, *(name for name in further if name.startswith(OWN_VALUES)))
     rows = rows.assign(**{name: cells.get(name) for name in further if name not in taken})
     unused = tuple(name for name in further if name in taken)
     return TrialTable(rows, presented, unused, cells.path, tuple(cells.texts.index))

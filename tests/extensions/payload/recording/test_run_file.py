@@ -225,6 +225,7 @@ def test_mistake_in_a_description_is_refused(tmp_path, more, said):
             "column q_1: is missing: has time, pos1, pos2, tau_1, tau_2; list other names under columns, as in"
             " 'columns: {q: \"pos{}\"}'",
         ),
+        ("time,action_1,action_2,j1,j2", "as in 'columns: {q: \"j{}\"}'"),
         (
             "stamp,q_1,q_2,tau_1,tau_2",
             "column time: is missing: has stamp, q_1, q_2, tau_1, tau_2; list another name under columns, as in"

@@ -151,6 +151,10 @@ def _write_lerobot(folder, names):
 def test_a_lerobot_folder_is_refused_without_torque_and_its_first_episode_read_with_it(tmp_path):
     without = _write_lerobot(tmp_path / "a", ["observation.state", "action"])
     assert "without torques, currents or forces a load" in refuse(read_lerobot, without)
-    table = read_lerobot(_write_lerobot(tmp_path / "b", ["observation.state", "observation.effort"]))
+    names = ["action", "observation.state", "observation.effort"]
+    table = read_lerobot(folder := _write_lerobot(tmp_path / "b", names))
     assert len(table) == 100
     assert {"time", "observation.state_1", "observation.effort_2"} <= set(table.columns)
+    (description := tmp_path / "b.yaml").write_text(_DESCRIPTION)
+    signal = read_run(folder, description).signal
+    np.testing.assert_array_equal(signal, table[["observation.effort_1", "observation.effort_2"]])

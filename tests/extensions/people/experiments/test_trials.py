@@ -185,6 +185,14 @@ def test_mistake_is_answered_with_its_row_and_column(read, text, said):
     assert said in refuse(read, text)
 
 
+def test_the_index_that_pandas_writes_is_left_out(read):
+    """A first column without a name that counts rows is no column, and a row with nothing else no trial."""
+    table = read(",object,mass\n0,small,0.35\n2,large,0.35\n3,,\n")
+    assert list(table.rows["object"]) == ["small", "large"]
+    assert table.unused == ("(row numbers)",)
+    assert "row 1, column 1: has no name" in refuse(read, ",object\n3,small\n1,large\n")
+
+
 def test_row_that_ends_early_is_refused(read):
     assert "row 2: has 1 cells, must have 3" in refuse(read, "object,group,do\nsmall\nlarge,all,\n")
 
