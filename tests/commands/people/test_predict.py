@@ -113,7 +113,10 @@ def test_difference_that_people_could_not_show_is_none():
 def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
     text = format_contrast(9.0, 9.06, None)
     assert "(spread between observers); " in text
-    assert "suffice (two-sided t test, .05, power .9) if people differ no more than observers, which is not known" in text
+    assert (
+        "suffice (two-sided t test, .05, power .9) if people differ no more than observers, which is not known"
+        in text
+    )
 
 
 def test_participants_are_those_of_the_power_that_is_asked_for():

@@ -198,6 +198,8 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
     assert tree["posterior"]["push_error"].shape == (1, 4, 2)
     content = json.loads(answer("fit", *words, "--learner", "own_memory", "--pooled", "--json").out)
     assert content["free"] == ["push_error"]
+    assert read_fit(tmp_path / "fit_lifts_2")["posterior"]["push_error"].shape == (1, 4)
+    assert read_fit(tmp_path / "fit_lifts")["posterior"].equals(tree["posterior"])
     assert len(content["everyone"]["push_error"]) == 3
     assert {*content["participants"]["1"]} == {
         *("pushes", "log_score_left_out", "draws_left_out", "particle_noise"),
