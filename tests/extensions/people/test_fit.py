@@ -1,6 +1,7 @@
 """Fits: scores one step ahead and left out by hand, groups of the tree, and the commands."""
 
 import json
+import os
 import warnings
 from dataclasses import replace
 
@@ -33,6 +34,7 @@ from affordance.extensions.people.likelihood import list_free
 from affordance.extensions.people.participant import LiftSettings, Participant
 from affordance.extensions.people.pushes import read_lifts
 from affordance.extensions.people.rivals import OWN_MEMORY
+from affordance.runs.repeats import end_processes
 
 TOOLS = (
     cylinder("small", radius=0.045, height=0.06, mass=0.6),
@@ -207,6 +209,18 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
     said = answer("compare-learners", *words, "--learner", "density", "--learner", "own_memory").out
     assert "own_memory: best for 2 of 2" in said
     assert len(pd.read_csv(tmp_path / "compare_lifts" / "comparison.csv")) == 4
+
+
+def test_processes_import_no_module_of_the_working_folder(table, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "random.py").write_text(
+        "raise ImportError('the random.py of the working folder')\n", encoding="utf-8"
+    )
+    end_processes()
+    words = (table, "--draws", 4, "--particles", 3, "--jobs", 2, "--learner", "own_memory")
+    assert answer("fit", *words).out.startswith("0: pushes 24, log_score -")
+    end_processes()
+    assert "PYTHONSAFEPATH" not in os.environ
 
 
 @pytest.mark.parametrize(
