@@ -11,7 +11,7 @@ import os
 import shutil
 import sys
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TextIO, cast, override
 
@@ -19,7 +19,7 @@ from affordance.commands.catalogue import COMMANDS, SHORT, SUBJECTS, Command, lo
 from affordance.commands.parser import OUTPUT, OneLineParser, find_group
 from affordance.commands.terminal import ElapsedTime, QuietErrors, ShownOutput, find_width, format_error
 from affordance.drake.system_libraries import provide_libraries
-from affordance.exceptions import PROSE, AffordanceError, describe_choice, show_text
+from affordance.exceptions import PROSE, AffordanceError, show_text, show_value, suggest
 from affordance.files.model_folder import import_study
 from affordance.reporting.formatting import break_line
 from affordance.runs.program_errors import blame_programs
@@ -31,6 +31,7 @@ _FREE = ("doctor",)
 _SHOW_TIME = ("guess", "rank", "next", "compare-robots", "excite", "identify", "memory")
 # Messages of the dynamic loader if it has no memory for a library.
 _NO_MEMORY = ("failed to map segment", "annot allocate memory")
+_SAFE_PATH = "PYTHONSAFEPATH"
 # Exit status of a process that SIGPIPE ended.
 _NO_READER = 141
 
@@ -77,15 +78,20 @@ def _run(words: Sequence[str], program: str) -> int:
     """Runs the command that the words name and returns the exit status."""
     if words and words[0] in SHORT:
         words = ["run", *words]
-    if not words or words[0] in ("-h", "--help"):
+    if words[:1] == ["help"] and len(words) > 1:
+        words = [*words[1:], "--help"]
+    if not words or words[0] in ("-h", "--help", "help"):
         print(_describe(program))
         return 0
-    if words[0] == "--version":
+    if words[0] in ("--version", "-V", "version"):
         print(f"{program} {__version__}")
         return 0
     name, *words = words
     if name not in COMMANDS:
-        raise AffordanceError(f"the command {describe_choice(name, (*COMMANDS, *SHORT))}")
+        known = (*COMMANDS, *SHORT)
+        near = suggest(name, known)
+        must = f"{near} It must" if near else ", must"
+        raise AffordanceError(f"the command is {show_value(name)}{must} be one of {', '.join(known)}")
     handler = logging.StreamHandler()
     handler.setFormatter(ShownFormatter("%(message)s"))
     logging.basicConfig(handlers=[handler], level=logging.WARNING)
@@ -113,7 +119,22 @@ def _run(words: Sequence[str], program: str) -> int:
             stack.callback(elapsed.end)
         stack.enter_context(contextlib.redirect_stdout(cast(TextIO, output)))
         stack.enter_context(blame_programs(_list_programs(chosen)))
+        stack.enter_context(_ignore_working_folder())
         return command.run(chosen)
+
+
+@contextlib.contextmanager
+def _ignore_working_folder() -> Iterator[None]:
+    """Lets processes that a command starts import no module of the working folder, as the console script does."""
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = before
 
 
 def _list_programs(chosen: argparse.Namespace) -> list[Path]:

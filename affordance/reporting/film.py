@@ -86,7 +86,7 @@ def _save(film: FuncAnimation, path: Path) -> None:
         matplotlib.rcParams["animation.ffmpeg_path"] = _find_ffmpeg(path)
         even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"]
         writer = FFMpegWriter(fps=_RATE, codec=_CODECS[path.suffix], extra_args=even)
-    film.save(path, writer=writer)
+    film.save(path.absolute(), writer=writer)  # FFmpeg takes a relative name with a colon for a protocol
 
 
 def _find_ffmpeg(path: Path) -> str:

@@ -253,17 +253,20 @@ def _run(
 
 
 def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None:
-    stamped = {**arrays, _STAMP: np.array(_stamp_of(folder, repeat))}
+    stamped = {**arrays, _STAMP: np.array([_stamp_of(folder, repeat), _digest(arrays)])}
     write_atomic(_path_of(folder, repeat), lambda temporary: np.savez(temporary, allow_pickle=False, **stamped))
 
 
 def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
     """Loads a stored repeat; None if it is missing, or was quarantined because it is unreadable or foreign."""
     path = _path_of(folder, repeat)
+    if path.exists() and not path.is_file():
+        quarantine(path, "is no file")
+        return None
     try:
         with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as archive:
             arrays = dict(archive)
-        stamp = str(arrays.pop(_STAMP))
+        stamp, content = map(str, arrays.pop(_STAMP))
     except FileNotFoundError:
         return None
     except _DAMAGE as error:
@@ -272,7 +275,20 @@ def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
     if stamp != _stamp_of(folder, repeat):
         quarantine(path, f"belongs to {stamp}")
         return None
+    if content != _digest(arrays):
+        quarantine(path, "has other arrays than were stored")
+        return None
     return arrays
+
+
+def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
+    """Computes a digest of names, types, shapes and values, which reveals a file that was changed."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.asarray(arrays[name])
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()[:16]
 
 
 def _stamp_of(folder: Path, repeat: int) -> str:

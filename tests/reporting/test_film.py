@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -63,3 +64,11 @@ def test_films_by_ffmpeg_are_of_the_codec_that_browsers_play(tmp_path, replay, s
     write_film(path, replay, seconds=0.2, slower=1.0)
     said = subprocess.run([ffmpeg, "-i", path], capture_output=True, text=True, check=False).stderr
     assert f"Video: {codec}" in said
+
+
+def test_a_name_with_a_colon_is_a_file_for_ffmpeg_too(tmp_path, replay, monkeypatch):
+    pytest.importorskip("imageio_ffmpeg")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "http:").mkdir()
+    write_film(Path("http://film.mp4"), replay, seconds=0.2, slower=1.0)
+    assert (tmp_path / "http:" / "film.mp4").stat().st_size > 0

@@ -49,6 +49,41 @@ def test_more_repeats_add_to_those_kept(tmp_path):
     np.testing.assert_array_equal(run(tmp_path, refuse, repeats=3)["square"], [[0], [1], [4]])
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda arrays: arrays.pop("square"),
+        lambda arrays: arrays.update(square=arrays["square"][None]),
+        lambda arrays: arrays.update(square=np.array(["9"])),
+        lambda arrays: arrays.update(other=arrays["square"]),
+    ],
+    ids=["missing", "shape", "text", "more"],
+)
+def test_a_stored_repeat_that_was_changed_is_set_aside_and_run_again(tmp_path, caplog, change):
+    first = run(tmp_path)
+    path = tmp_path / "repeat_00003.npz"
+    with np.load(path) as archive:
+        arrays = dict(archive)
+    change(arrays)
+    np.savez(path, **arrays)
+    np.testing.assert_array_equal(run(tmp_path)["square"], first["square"])
+    assert "repeat_00003.npz has other arrays than were stored; set aside as repeat_00003.broken" in caplog.text
+
+
+def test_a_pipe_among_stored_repeats_is_set_aside(tmp_path, caplog):
+    os.mkfifo(tmp_path / "repeat_00000.npz")
+    assert len(run(tmp_path, repeats=1)["square"]) == 1
+    assert "is no file; set aside" in caplog.text
+
+
+def test_arrays_are_kept_however_they_lie_in_memory(tmp_path):
+    def strided(repeat):
+        return {"x": np.arange(12.0).reshape(3, 4)[:, 1::2].T, "y": np.array(2.0), "z": np.array(["a", "bc"])[:1]}
+
+    first = run(tmp_path, strided, repeats=1)
+    np.testing.assert_array_equal(run(tmp_path, refuse, repeats=1)["x"], first["x"])
+
+
 def square_all(asked, repeats):
     asked.append(len(repeats))
     return [square(repeat) for repeat in repeats]

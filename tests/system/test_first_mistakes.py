@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from helpers.refusals import refuse_command
 
+from affordance.cli import main
 from affordance.files.model_folder import MODELS
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference" / "errors.md"
@@ -98,3 +99,18 @@ def test_mistake_of_a_first_hour_is_answered_with_advice(
 def test_page_of_errors_lists_these_mistakes() -> None:
     listed = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| `affordance ")]
     assert listed == [f"| `affordance {words}` | `{said} ... {advice}` |" for words, said, advice in MISTAKES]
+
+
+def test_program_tells_its_version_and_its_commands_however_it_is_asked(capsys):
+    for same in (["--version", "version", "-V"], ["--help", "help", "-h"]):
+        said = []
+        for word in same:
+            assert main([word]) == 0
+            said.append(capsys.readouterr().out)
+        assert len(set(said)) == 1
+        assert said[0].startswith(("affordance ", "usage: affordance "))
+
+
+def test_meant_command_comes_before_the_list_of_all():
+    said = refuse_command("rnu", "weight")
+    assert said.startswith("affordance: the command is 'rnu'; did you mean 'run'? It must be one of ")

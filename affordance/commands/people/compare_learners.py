@@ -5,11 +5,16 @@ import json
 
 from affordance.belief.learners import KINDS_DRAWN, LEARNERS
 from affordance.commands.options import add_out, read_learner
-from affordance.commands.people.people_options import LEARNERS_HELP, add_fit_options, ask, read_setting
+from affordance.commands.people.people_options import (
+    LEARNERS_HELP,
+    add_fit_options,
+    ask,
+    prepare_new_folder,
+    read_setting,
+)
 from affordance.extensions.people.fit import compare, warn_of_noise
 from affordance.extensions.people.rivals import RIVALS
 from affordance.files.atomic import write_json, write_text
-from affordance.runs.repeats import prepare_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
     learners = learners or (LEARNERS["density"], KINDS_DRAWN, *RIVALS.values())
     found = compare([ask(arguments, settings, lifts, learner, None) for learner in learners])
     table = found.tabulate()
-    folder = prepare_folder(arguments.out / f"compare_{arguments.lifts.stem}")
+    folder = prepare_new_folder(arguments.out / f"compare_{arguments.lifts.stem}")
     write_text(folder / "comparison.csv", table.to_csv(index=False, float_format="%.7g"))
     content = {
         "participants": found.participants,

@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 
 from affordance.commands.options import add_out, read_learner
-from affordance.commands.people.people_options import LEARNERS_HELP, add_fit_options, ask, read_setting
+from affordance.commands.people.people_options import (
+    LEARNERS_HELP,
+    add_fit_options,
+    ask,
+    prepare_new_folder,
+    read_setting,
+)
 from affordance.exceptions import BadValueError
 from affordance.extensions.people.fit import (
     describe_fit,
@@ -23,7 +29,6 @@ from affordance.extensions.people.fit import (
 )
 from affordance.extensions.people.tempered_smc import Draws
 from affordance.files.atomic import write_json
-from affordance.runs.repeats import prepare_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
             score = float(score_ahead(draws.prior_log_likelihoods).sum())
             own = {"pushes": counts[place], "log_score": score, **describe_values(question, draws)}
             people[person.name] = {**own, "particle_noise": float(noise[place])}
-    folder = prepare_folder(arguments.out / f"fit_{arguments.lifts.stem}")
+    folder = prepare_new_folder(arguments.out / f"fit_{arguments.lifts.stem}")
     write_fit(tree, folder)
     content = {"learner": question.learner.name, "free": question.names, **everyone, "participants": people}
     write_json(folder / "fit.json", content)

@@ -1,6 +1,7 @@
 """Options of the commands on lifts: a trial table and its objects, and what is fitted to lifts."""
 
 import argparse
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.robot import Robot
+from affordance.runs.repeats import prepare_folder
 from affordance.settings import Settings
 
 
@@ -84,7 +86,7 @@ def add_fit_options(parser: argparse.ArgumentParser) -> None:
         "--objects",
         type=Path,
         metavar="FILE",
-        help="tools file with the objects (default: objects made from size and mass)",
+        help="tools file with the objects; a row's mass and looks_like change its object (default: from rows)",
     )
     add_columns(parser, LIFT_COLUMNS)
     add("--draws", type=int, default=64, metavar="D", help="number of draws of the free parameters (default 64)")
@@ -108,10 +110,23 @@ def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
     settings = change_settings(LiftSettings(), parse_changes(arguments.changes))
     check_closed_form(settings)
     tools: tuple[Tool, ...] = ()
+    materials = load_materials(MATERIALS)
     if arguments.objects is not None:
-        tools = tuple(load_tools(arguments.objects, load_materials(MATERIALS)))
-    lifts = read_lifts(arguments.lifts, learner=arguments.of, tools=tools, columns=read_columns(arguments))
+        tools = tuple(load_tools(arguments.objects, materials))
+    lifts = read_lifts(
+        arguments.lifts,
+        learner=arguments.of,
+        tools=tools,
+        materials=materials,
+        columns=read_columns(arguments),
+    )
     return settings, lifts
+
+
+def prepare_new_folder(path: Path) -> Path:
+    """Creates a folder that does not exist yet: the one named, or with _2, _3 and so on after its name."""
+    others = (path.with_name(f"{path.name}_{number}") for number in itertools.count(2))
+    return prepare_folder(next(each for each in itertools.chain([path], others) if not each.exists()))
 
 
 def ask(

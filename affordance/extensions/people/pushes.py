@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
+from affordance.experiments.shared.holds import compute_volume
 from affordance.extensions.people.experiments.lifts import cylinder
 from affordance.extensions.people.experiments.trial_cells import (
     PEOPLE,
@@ -22,7 +23,9 @@ from affordance.extensions.people.experiments.trial_cells import (
     read_truths,
     refuse_cell,
 )
+from affordance.extensions.people.experiments.trials import list_presented
 from affordance.objects.colour import is_colour
+from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 
 # Columns that are read; others, such as those that the program writes itself, are ignored.
@@ -31,6 +34,7 @@ COLUMNS = (
     "force",
 )
 _LARGEST = 0.1  # volume of an object, [m^3]
+_ROUNDED = 0.01  # largest relative difference of a size from that of the object that its row names
 
 
 class Person(NamedTuple):
@@ -50,18 +54,26 @@ class Lifts(NamedTuple):
 
 
 def read_lifts(
-    path: Path, *, learner: str = "", tools: Sequence[Tool] = (), columns: Mapping[str, str] = {}
+    path: Path,
+    *,
+    learner: str = "",
+    tools: Sequence[Tool] = (),
+    materials: Mapping[str, Material] = {},
+    columns: Mapping[str, str] = {},
 ) -> Lifts:
     """Reads the lifts of participants; simulated observers count as participants too.
 
     Without ``tools``, objects are built from the table: cylinders with the mass and size given in each row, held at
     their middle. They look alike unless the column ``looks_like`` differs. No other property matters for lifts.
+    With ``tools``, the columns ``mass`` and ``looks_like`` change the objects as they do in a table of trials, and a
+    ``size`` must be the object's.
 
     Args:
         path: Table with one row for each lift.
         learner: Learner whose simulated observers are read, or "people"; empty for people, or if the table has the
             lifts of a single learner.
         tools: Objects that the table names.
+        materials: Materials that these may look like, by name.
         columns: Names of columns in the file, by this program's names.
 
     Raises:
@@ -78,7 +90,7 @@ def read_lifts(
     )
     pushes = np.array(read_numbers(cells, "force", 1e-3, 1e3, "N", "mN"))
     teaches = np.array(read_truths(cells, "teaches"))
-    objects, found = _find_objects(cells, {tool.name: tool for tool in tools})
+    objects, found = _find_objects(cells, {tool.name: tool for tool in tools}, materials)
     people = []
     for name in dict.fromkeys(persons.tolist()):
         own = persons == name
@@ -101,24 +113,29 @@ def _choose(path: Path, known: Sequence[str], learner: str) -> str:
     )
 
 
-def _find_objects(cells: Cells, tools: Mapping[str, Tool]) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
+def _find_objects(
+    cells: Cells, tools: Mapping[str, Tool], materials: Mapping[str, Material]
+) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
     """Returns each row's index of an object, (rows,), and the objects, looked up by name or built from the table."""
-    if tools:
-        names = read_choices(cells, "object", tools)
-        known = list(dict.fromkeys(names))
-        return np.array([known.index(name) for name in names]), tuple(tools[name] for name in known)
     rows = pd.DataFrame(
         {
-            "object": read_names(cells, "object", ""),
+            "object": read_choices(cells, "object", tools) if tools else read_names(cells, "object", ""),
             "mass": read_numbers(cells, "mass", 1e-3, 100.0, "kg", "g"),
             "size": read_numbers(cells, "size", 1e-9, _LARGEST, "m^3", "cm^3", 1e-6),
             "looks_like": read_names(cells, "looks_like", ""),
         }
     )
+    if tools:
+        for place, (name, size) in enumerate(zip(rows["object"], rows["size"], strict=True)):
+            if abs(size / (volume := compute_volume(tools[name])) - 1.0) > _ROUNDED:
+                problem = f"is {size:g} m^3, but that of {name} in the tools file is {volume:.4g}; omit it"
+                refuse_cell(cells, place, "size", problem)
+        places, presented = list_presented(cells, rows, tools, materials)
+        return places.to_numpy(np.intp), presented
     for column in ("object", "mass", "size"):
         empty = (rows[column].isna() | (rows[column] == "")).to_numpy()
         if empty.any():
-            problem = "is empty, must say what was lifted; or --objects names a file"
+            problem = "is empty, must say what was lifted; or --objects names a tools file with all objects"
             refuse_cell(cells, int(empty.argmax()), column, problem)
     numbers = np.array(rows.groupby([*rows], sort=False).ngroup(), dtype=np.intp)
     looks = pd.factorize(rows["looks_like"])[0]

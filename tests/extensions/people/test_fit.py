@@ -1,6 +1,7 @@
 """Fits: scores one step ahead and left out by hand, groups of the tree, and the commands."""
 
 import json
+import os
 import warnings
 from dataclasses import replace
 
@@ -33,6 +34,7 @@ from affordance.extensions.people.likelihood import list_free
 from affordance.extensions.people.participant import LiftSettings, Participant
 from affordance.extensions.people.pushes import read_lifts
 from affordance.extensions.people.rivals import OWN_MEMORY
+from affordance.runs.repeats import end_processes
 
 TOOLS = (
     cylinder("small", radius=0.045, height=0.06, mass=0.6),
@@ -198,6 +200,8 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
     assert tree["posterior"]["push_error"].shape == (1, 4, 2)
     content = json.loads(answer("fit", *words, "--learner", "own_memory", "--pooled", "--json").out)
     assert content["free"] == ["push_error"]
+    assert read_fit(tmp_path / "fit_lifts_2")["posterior"]["push_error"].shape == (1, 4)
+    assert read_fit(tmp_path / "fit_lifts")["posterior"].equals(tree["posterior"])
     assert len(content["everyone"]["push_error"]) == 3
     assert {*content["participants"]["1"]} == {
         *("pushes", "log_score_left_out", "draws_left_out", "particle_noise"),
@@ -205,6 +209,18 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
     said = answer("compare-learners", *words, "--learner", "density", "--learner", "own_memory").out
     assert "own_memory: best for 2 of 2" in said
     assert len(pd.read_csv(tmp_path / "compare_lifts" / "comparison.csv")) == 4
+
+
+def test_processes_import_no_module_of_the_working_folder(table, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "random.py").write_text(
+        "raise ImportError('the random.py of the working folder')\n", encoding="utf-8"
+    )
+    end_processes()
+    words = (table, "--draws", 4, "--particles", 3, "--jobs", 2, "--learner", "own_memory")
+    assert answer("fit", *words).out.startswith("0: pushes 24, log_score -")
+    end_processes()
+    assert "PYTHONSAFEPATH" not in os.environ
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from affordance.commands.people.people_options import add_fit_options, read_sett
 from affordance.experiments.shared.holds import compute_volume
 from affordance.extensions.people.experiments.lifts import cylinder
 from affordance.extensions.people.pushes import read_lifts
+from affordance.objects.materials import MATERIALS, load_materials
 
 TABLE = """participant,object,mass,size,force,teaches,learner,looks_like
 P1,a,0.5,0.0004,4.5,yes,people,
@@ -65,6 +66,26 @@ def test_objects_can_be_given(tmp_path):
     tools = [cylinder("b", radius=0.04, height=0.1, mass=0.9), cylinder("a", radius=0.04, height=0.1, mass=0.5)]
     found = read_lifts(write(tmp_path), tools=tools)
     assert [tool.name for tool in found.tools] == ["a", "b"]
+
+
+def test_given_objects_have_the_masses_and_looks_of_the_rows(tmp_path):
+    """As in a table of trials; a mass that is no object's, or a size that is another's, is refused."""
+    tools = [cylinder(name, radius=0.04, height=0.1, mass=0.5) for name in ("a", "b")]
+    text = "object,mass,looks_like,force\na,,,5\na,1.5,,5\nb,1.5,#aa3311,5\na,,beech,5\na,1.5,,5\n"
+    found = read_lifts(write(tmp_path, text), tools=tools, materials=load_materials(MATERIALS))
+    assert found.people[0].objects.tolist() == [0, 1, 2, 3, 1]
+    np.testing.assert_allclose([tool.mass for tool in found.tools], [0.5, 1.5, 1.5, 0.5])
+    looks = [tool.components[0].looks_like for tool in found.tools]
+    assert looks[0].colour == looks[1].colour == tools[0].components[0].looks_like.colour
+    assert (looks[2].name, looks[3].name) == ("#aa3311", "beech")
+    volume = compute_volume(tools[0])
+    assert len(read_lifts(write(tmp_path, f"object,size,force\na,{volume:.4g},5\n"), tools=tools).tools) == 1
+    for row, said in (
+        ("object,mass,force\na,90,5\n", "row 2, mass: is 90, must be from"),
+        ("object,looks_like,force\na,oka,5\n", "row 2, looks_like: is 'oka', must be"),
+        ("object,size,force\na,0.001,5\n", "row 2, size: is 0.001 m^3, but that of a in the tools file is 0.0005027"),
+    ):
+        assert said in refuse(read_lifts, write(tmp_path, row), tools=tools)
 
 
 @pytest.mark.parametrize(

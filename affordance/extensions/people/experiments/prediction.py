@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import norm
+from scipy.stats import nct, norm
+from scipy.stats import t as student_t
 
 from affordance.arrays import Array
 from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
@@ -21,7 +22,7 @@ from affordance.runs.repeats import list_versions, prepare_folder
 _SMALL = 0.2
 # Default power of a test between two groups, and its two-sided significance level.
 POWER, _SIGNIFICANCE = 0.9, 0.05
-# Largest number of participants that is reported exactly.
+# Largest size of a group that is reported exactly.
 _MANY = 100_000
 # Relative spread below which values differ only by rounding.
 _ROUNDING = 1e-12
@@ -111,11 +112,27 @@ def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
 
 
 def count_people(effect: float, power: float = POWER) -> float:
-    """Computes the group size that a two-sided test between two means needs (normal approximation), at least 2."""
+    """Computes the size of each of two groups that a two-sided t test of their means needs, at least 2.
+
+    Power is that of the noncentral t distribution. The normal approximation, which needs fewer, is where the search
+    starts; above ``_MANY`` it is the answer.
+    """
     if effect == 0.0:
         return math.inf
     quantiles = norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + norm.ppf(power)
-    return max(2.0, math.ceil(2.0 * (quantiles / effect) ** 2))
+    count = max(2.0, math.ceil(2.0 * (quantiles / effect) ** 2))
+    while count <= _MANY and _compute_power(effect, count) < power:
+        count += 1.0
+    return count
+
+
+def _compute_power(effect: float, count: float) -> float:
+    """Computes the power of the t test between two groups of that many."""
+    free, shift = 2.0 * count - 2.0, abs(effect) * math.sqrt(0.5 * count)
+    if math.isinf(shift):
+        return 1.0
+    critical = student_t.ppf(1.0 - 0.5 * _SIGNIFICANCE, free)
+    return float(nct.sf(critical, free, shift) + nct.cdf(-critical, free, shift))
 
 
 def format_predictions(
@@ -170,8 +187,9 @@ def describe_contrast(contrast: Contrast) -> str:
     between = "people" if contrast.is_of_people else "observers"
     size = f"difference {contrast.difference:.3g}, Cohen's d = {abs(contrast.effect):.2g} (spread between {between})"
     number = f"{contrast.num_people:.0f}" if contrast.num_people <= _MANY else f"more than {_MANY}"
-    count = f"{number} participants per group"
-    test = f"(two-sided {_SIGNIFICANCE:.2g}, power {contrast.power:.2g})".replace("0.", ".")
+    first, second = contrast.learners
+    count = f"{number} participants who learn like {first} and {number} who learn like {second}"
+    test = f"(two-sided t test, {_SIGNIFICANCE:.2g}, power {contrast.power:.2g})".replace("0.", ".")
     if not contrast.is_of_people:
         test += " if people differ no more than observers, which is not known"
     if abs(contrast.effect) < _SMALL:

@@ -143,7 +143,7 @@ def _check(
     rows["place"] = pd.factorize(rows["participant"])[0]
     counted = rows.groupby(["place", "phase", "object"], sort=False).cumcount() + 1
     rows["cycle"] = rows["cycle"].where(rows["cycle"].notna(), counted).astype(int)
-    rows["tool"], presented = _list_presented(cells, rows, by_name, materials)
+    rows["tool"], presented = list_presented(cells, rows, by_name, materials)
     further = [name for name in cells.labels if name not in (*COLUMNS, "block")]
     taken = (INDEX, *WRITTEN, *(name for name in further if name.startswith(OWN_VALUES)))
     rows = rows.assign(**{name: cells.get(name) for name in further if name not in taken})
@@ -175,10 +175,13 @@ def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tas
             refuse_cell(cells, place, "group", problem)
 
 
-def _list_presented(
+def list_presented(
     cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> tuple[pd.Series, tuple[Tool, ...]]:
-    """Lists the presented objects, each mass and look once, and the index of each row's object."""
+    """Lists the presented objects, each mass and look once, and the index of each row's object.
+
+    The columns ``mass``, NaN where empty, and ``looks_like`` of ``rows`` change the objects that ``object`` names.
+    """
     numbers = rows.fillna({"mass": 0.0}).groupby(["object", "mass", "looks_like"], sort=False).ngroup()
     firsts = np.unique(numbers, return_index=True)[1]
     return numbers, tuple(_present(cells, int(place), rows.iloc[place], tools, materials) for place in firsts)

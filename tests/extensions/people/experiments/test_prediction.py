@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import ttest_ind
 
 from affordance.belief.learners import LEARNERS
 from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread, measure_learners
@@ -72,10 +73,31 @@ def test_contrasts_are_those_of_two_normal_samples():
     (contrast,) = prediction.contrast_learners(predictions)
     assert contrast.effect == pytest.approx(1.0, abs=0.1)
     assert contrast.superiority == pytest.approx(0.760, abs=0.03)  # Phi(1 / sqrt 2)
-    assert contrast.num_people == pytest.approx(22, abs=4)  # 2 (1.960 + 1.282)^2
+    assert contrast.num_people == pytest.approx(23, abs=4)  # 22.02 by the t test
     (wider,) = prediction.contrast_learners(predictions, {"m": math.sqrt(3.0)})
     assert wider.effect == pytest.approx(0.5 * contrast.effect, rel=0.03)
     assert wider.superiority == pytest.approx(0.638, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("effect", "power", "count"),
+    [(0.2, 0.8, 394), (0.5, 0.8, 64), (0.8, 0.8, 26), (0.5, 0.9, 86), (1.0, 0.9, 23), (3.0, 0.8, 4), (-3.0, 0.8, 4)],
+)
+def test_participants_are_those_of_cohens_tables(effect, power, count):
+    """Cohen (1988), table 2.4.1; those of d = 3 are below its range, and are simulated in the next test."""
+    assert prediction.count_people(effect, power) == count
+
+
+def test_t_tests_of_simulated_groups_have_the_power_asked_for_and_smaller_groups_do_not():
+    rng, powers = np.random.default_rng(5), []
+    for count in (4, 3, 2):
+        first, second = rng.normal(size=(20_000, count)), rng.normal(3.0, size=(20_000, count))
+        powers.append(float((ttest_ind(first, second, axis=1).pvalue < 0.05).mean()))
+    assert powers == pytest.approx([0.939, 0.783, 0.387], abs=0.012)
+    assert prediction.count_people(3.0, 0.8) == 4
+    assert prediction.count_people(3.0, 0.78) == 3
+    assert prediction.count_people(math.inf) == 2
+    assert prediction.count_people(1e-5) > 100_000
 
 
 def test_learners_that_do_the_same_are_not_told_apart():
@@ -110,7 +132,7 @@ def test_learners_that_differ_by_less_than_observers_do_are_not_told_apart():
     (contrast,) = prediction.contrast_learners({"first_N": alike})
     text = prediction.describe_contrast(contrast)
     assert text.startswith("density and kinds_map are not distinguished by any of these: they differ most in first_N")
-    assert "it would take more than 100000 participants per group (two-sided .05, power .9) if people differ" in text
+    assert "more than 100000 who learn like kinds_map (two-sided t test, .05, power .9) if people differ" in text
 
 
 def test_entries_of_a_list_have_the_meaning_of_the_list():
