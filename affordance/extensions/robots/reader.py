@@ -85,12 +85,12 @@ def _expand(path: Path, arguments: Mapping[str, str], packages: Mapping[str, str
         raise _explain(path, error, _scan(path, known)) from error
     sources = tuple(map(Path, xacro.all_includes))
     if not any(child.nodeName == "link" for child in root.childNodes) and root.nodeName == "robot":
-        macros = ", ".join(_MACROS.findall(path.read_text(errors="replace")))
+        macros = ", ".join(_MACROS.findall(path.read_text(encoding="utf-8", errors="replace")))
         if macros:
             raise BadValueError(
                 path, "", f"has no link: it only defines macros ({macros}); give the file that calls one"
             )
-    texts = [each.read_text(errors="replace") for each in (path, *sources)]
+    texts = [each.read_text(encoding="utf-8", errors="replace") for each in (path, *sources)]
     stated = dict(_list_arguments(texts))
     if unknown := [name for name in arguments if name not in stated and not any(f"arg {name})" in t for t in texts)]:
         raise BadValueError(path, f"{unknown[0]}:={arguments[unknown[0]]}", f"is no argument; {_describe(stated)}")
@@ -108,7 +108,7 @@ def _scan(path: Path, known: Mapping[str, str]) -> _Scanned:
     """Searches a template and its includes for packages and arguments."""
     files, texts = [path.resolve()], list[str]()
     for file in files:  # grows
-        texts.append(file.read_text(errors="replace"))
+        texts.append(file.read_text(encoding="utf-8", errors="replace"))
         for name in _INCLUDES.findall(texts[-1]):
             found = file.parent / _FINDS.sub(lambda match: known.get(match[1], match[0]), name)
             if found.is_file() and found.resolve() not in files:

@@ -63,9 +63,11 @@ def test_lifts_of_a_learner_are_those_that_are_asked_for(tmp_path):
 
 
 def test_objects_can_be_given(tmp_path):
-    tools = [cylinder("b", radius=0.04, height=0.1, mass=0.9), cylinder("a", radius=0.04, height=0.1, mass=0.5)]
+    heights = {name: size / (np.pi * 0.04**2) for name, size in (("b", 0.0006), ("a", 0.0004))}
+    tools = [cylinder(name, radius=0.04, height=height, mass=0.9) for name, height in heights.items()]
     found = read_lifts(write(tmp_path), tools=tools)
-    assert [tool.name for tool in found.tools] == ["a", "b"]
+    assert [tool.name for tool in found.tools] == ["a", "b", "a"]
+    np.testing.assert_allclose([tool.mass for tool in found.tools], [0.5, 0.9, 0.7])
 
 
 def test_given_objects_have_the_masses_and_looks_of_the_rows(tmp_path):

@@ -93,17 +93,14 @@ def test_the_command_imports_any_format_and_says_what_it_did(tmp_path: Path) -> 
     assert "translation: [0.0, 0.0, 1.1]" in (out / ARM.name).read_text()
 
 
-def test_limits_of_torque_that_are_given_are_said_and_placeholders_warned_of(tmp_path: Path) -> None:
-    """Given torque limits are reported, and a warning names placeholders, such as 0 or more than motors give."""
+def test_limits_of_torque_that_are_given_are_said_and_not_called_placeholders(tmp_path: Path) -> None:
     path = write_urdf(tmp_path, changes={'effort="40"': 'effort="0"'})
     words = ["--tip", "right_tool", "--effort", 1000, "right_j4=900", "--tasks", "keep"]
-    printed = answer("import-arm", path, *words, "--out", tmp_path / "models")
+    answer("import-arm", path, *words, "--out", tmp_path / "models")
     assert (tmp_path / "models" / "arm.sdf").read_text().count("<effort>1000.0<") == 3
     text = (tmp_path / "models" / "report.txt").read_text()
     assert "torque limits as given, not the file's" in text
-    warning = "the torque limits may be placeholders; --effort overrides them"
-    assert warning in text
-    assert warning in next(line for line in printed.lines if line.startswith("warning: "))
+    assert "placeholder" not in text
 
 
 def test_a_kept_import_is_made_anew_if_an_included_file_was_changed(tmp_path: Path) -> None:

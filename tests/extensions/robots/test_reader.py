@@ -123,7 +123,8 @@ def test_packages_of_a_workspace_are_found(tmp_path: Path, place: str) -> None:
     assert list(read_robot(path, {}).visuals) == ["part"]
 
 
-def test_other_commands_do_not_run_a_template(tmp_path: Path) -> None:
+def test_other_commands_do_not_run_a_template(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     path = write_template(tmp_path, '<link name="${1 / 0}"/>')
     said = f"is a xacro template, a program; to run it and use FOLDER instead: affordance import-arm {path} --out"
     assert said in refuse_command("compare-robots", path, path)

@@ -102,8 +102,8 @@ def prepare(
         BadValueError: The run is too short to be trimmed.
     """
     if run.description.postures:
-        rest, times = np.zeros_like(run.q), POSTURE_STEP * np.arange(len(run.q))
-        return PreparedRun(times, run.q, rest, rest, run.signal, compute_cutoff(run, settings))
+        rest, steps = np.zeros_like(run.q), POSTURE_STEP * np.arange(len(run.q), dtype=float)
+        return PreparedRun(steps, run.q, rest, rest, run.signal, compute_cutoff(run, settings))
     if times is None:
         times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     rate = 1.0 / (times[1] - times[0])
