@@ -72,17 +72,18 @@ def write_report(folder: Path) -> Path:
     An invalid section is logged and quarantined; a section with unreadable figures is logged and left out.
     """
     sections, (shares, num_settings) = [], _read_shares()
+    runs = read_runs([path.parent for path in sorted(folder.glob(f"*/{_SECTION}"))])
+    usual = [name for run, names in runs.items() if run.is_usual for name in names]
     for path in folder.glob(f"*/{_SECTION}"):
         try:
             section = _SECTIONS.validate_json(path.read_bytes(), strict=True)
-            sections.append(_prepare(section, path.parent, shares))
+            sections.append(_prepare(section, path.parent, shares if path.parent.name in usual else {}))
         except OSError as error:
             _LOG.warning("%s is left out of the report: it cannot be read (%s)", path, error)
         except ValueError as error:
             quarantine(path, f"is left out of the report: it is not a section ({_describe(error)})")
     sections.sort(key=lambda section: (section["order"], section["anchor"]))
-    claims = [claim for section in sections for claim in section["claims"]]
-    runs = read_runs([path.parent for path in sorted(folder.glob(f"*/{_SECTION}"))])
+    claims = [(section["anchor"], claim) for section in sections for claim in section["claims"]]
     page = render_template(
         "affordance.reporting",
         "report.html.j2",
@@ -91,7 +92,7 @@ def write_report(folder: Path) -> Path:
         heading=_choose_heading(sections),
         left_out=_read_left_out(folder),
         num_claims=len(claims),
-        num_met=sum(claim.met for claim in claims),
+        not_met=[(f"{anchor}-{claim.key}", claim.text) for anchor, claim in claims if not claim.met],
         runs=[(", ".join(names).replace("_", " "), run) for run, names in runs.items()],
         is_one_setup=len({run.setup for run in runs}) < 2,
         num_settings=num_settings,
@@ -122,10 +123,14 @@ def _find_trust(folder: Path) -> str:
 
 
 class _Run(NamedTuple):
-    """Description of a run: its setup, and its number of repeats, seed, versions and date."""
+    """Description of a run: its setup; its number of repeats, seed, versions and date; and whether it is usual.
+
+    A run is usual if it has the program's own models and settings, around which the robustness study varies them.
+    """
 
     setup: str
     done: str
+    is_usual: bool
 
 
 def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
@@ -141,7 +146,9 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
                 f"{numbers['repeats']} {times}, seed {numbers['seed']}, by version "
                 f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
             )
-            run = _Run(_describe_setup(numbers["setup"]) if "setup" in numbers else "", done)
+            setup = numbers.get("setup")
+            is_usual = bool(setup) and setup["models"] == OWN_MODELS and not setup["settings"]
+            run = _Run(_describe_setup(setup) if setup else "", done, is_usual)
         except (OSError, ValueError, TypeError, LookupError, AttributeError):
             continue
         runs.setdefault(run, []).append(folder.name)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import nctdtr, ndtri, stdtrit
+from scipy.special import nctdtr, stdtrit
 
 from affordance.belief.learners import KINDS_DRAWN
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
@@ -23,7 +23,6 @@ from studies.study import Findings, Study, Work, format_table, run_kept
 
 _LIFTS = (160, 220, 320)
 _ALPHA, _POWER = 0.05, 0.8  # of one-sided tests
-_Z_ALPHA, _Z_POWER = float(ndtri(1.0 - _ALPHA)), float(ndtri(_POWER))
 _KAPPA_SPREAD = 0.3  # SD of log kappa between people, a guess
 
 
@@ -130,13 +129,18 @@ def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
     if len(leads) > 1:
         found["sd"] = float(leads.std(ddof=1))
         effect = min(found["mean"] / max(found["sd"], 1e-12), 10.0)
-        if effect > 0.0:
-            for count in range(2, 10_001):
-                critical = stdtrit(count - 1, 1.0 - _ALPHA)
-                if 1.0 - nctdtr(count - 1, effect * math.sqrt(count), critical) >= _POWER:
-                    found["people"] = count
-                    break
+        if math.isfinite(people := _count(effect, groups=1)):
+            found["people"] = people
     return found
+
+
+def _count(effect: float, *, groups: int) -> float:
+    """Computes the participants per group that a one-sided t test needs; infinite if more than 10,000."""
+    for count in range(2, 10_001) if effect > 0.0 else ():
+        free = groups * (count - 1)
+        if 1.0 - nctdtr(free, effect * math.sqrt(count / groups), stdtrit(free, 1.0 - _ALPHA)) >= _POWER:
+            return count
+    return math.inf
 
 
 def count_per_group(posterior_sd: float) -> float:
@@ -149,7 +153,7 @@ def count_per_group(posterior_sd: float) -> float:
     information = posterior_sd**-2 - kappa.sd**-2
     if information <= 0.0:
         return math.inf
-    return math.ceil(2.0 * (_Z_ALPHA + _Z_POWER) ** 2 * (_KAPPA_SPREAD**2 + 1.0 / information) / math.log(1.5) ** 2)
+    return _count(math.log(1.5) / math.sqrt(_KAPPA_SPREAD**2 + 1.0 / information), groups=2)
 
 
 STUDY = Study(

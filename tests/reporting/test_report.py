@@ -104,7 +104,8 @@ def test_report_opens_with_what_it_is_and_each_section_with_badge_finding_and_fi
     write_section(folder / "com", make_section(2, "Simulation II", met=False))
     page = write_page(folder)
     assert page.index("A simulated robot looks at an object") < page.index("<section")
-    assert "1 of 2 claims are met." in page
+    assert '1 of 2 claims are met; not met: <a href="#com-drop">The drop is reduced.</a> ' in page
+    assert '<tr id="com-drop">' in page
     assert [text for _, text in re.findall(r'badge (met|not)">(.*?)<', page)] == [
         "1 of 1 claims met",
         "0 of 1 claims met",
@@ -124,6 +125,11 @@ def test_shares_of_settings_are_those_of_the_study(folder, monkeypatch, tmp_path
     kept.write_text(
         json.dumps({"settings": 300, "claims": {"weight.drop": {"holds": 0.614}, "com.other": {"holds": 0.5}}})
     )
+    for changes in ({}, {"models": OWN_MODELS, "settings": {"prior.sd": 8000.0}}):  # other objects, other settings
+        write_metrics(folder, "weight", **changes)
+        assert "of settings" not in write_both(folder)
+        assert "other settings" not in write_both(folder)
+    write_metrics(folder, "weight", models=OWN_MODELS)
     page = write_both(folder)
     assert page.count("Holds in 61\u00a0% of settings.") == 1
     assert " ".join(page.split()).count("over 300 other settings, the claim holds in 61 %<") == 1

@@ -132,10 +132,11 @@ def _find_objects(
                 refuse_cell(cells, place, "size", problem)
         places, presented = list_presented(cells, rows, tools, materials)
         return places.to_numpy(np.intp), presented
-    for column in ("object", "mass", "size"):
+    for column, what in (("object", "the object's name"), ("mass", "its mass, in kg"), ("size", "its volume, in m^3")):
         empty = (rows[column].isna() | (rows[column] == "")).to_numpy()
         if empty.any():
-            problem = "is empty, must say what was lifted; or --objects names a tools file with all objects"
+            verb = "empty" if column in cells.labels else "missing"
+            problem = f"is {verb}, must be {what}; or --objects names a tools file with all objects"
             refuse_cell(cells, int(empty.argmax()), column, problem)
     numbers = np.array(rows.groupby([*rows], sort=False).ngroup(), dtype=np.intp)
     looks = pd.factorize(rows["looks_like"])[0]

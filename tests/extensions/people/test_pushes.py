@@ -93,7 +93,8 @@ def test_given_objects_have_the_masses_and_looks_of_the_rows(tmp_path):
 @pytest.mark.parametrize(
     ("changed", "to", "said"),
     [
-        ("0.0006", "", "row 3, size: is empty, must say what was lifted"),
+        ("0.0006", "", "row 3, size: is empty, must be its volume, in m^3; or --objects names a tools file with all"),
+        ("size", "note", "row 2, size: is missing, must be its volume, in m^3; or --objects names a tools file"),
         ("0.0006", "600", "row 3, size: is 600, must be from 1e-09 to 0.1 m^3; 0.0006 if cm^3 were meant"),
         ("P1,b,0.9", "P1,b,900", "row 3, mass: is 900, must be from 0.001 to 100 kg; 0.9 if g were meant"),
         ("4.5", "-4.5", "row 2, force: is -4.5, must be from 0.001 to 1000 N"),

@@ -53,7 +53,7 @@ def test_a_lead_that_is_not_above_zero_needs_no_number_of_participants():
     assert "people" not in compute_lead(np.array([-100.0, 100.001]))
 
 
-@pytest.mark.parametrize("posterior_sd", [0.2, 0.36, 0.45])
+@pytest.mark.parametrize("posterior_sd", [0.05, 0.2, 0.36, 0.45])
 def test_participants_per_group_tell_kappas_apart_as_often_as_was_asked(posterior_sd):
     """Posterior means of simulated people, under the prior that all share, are compared between groups."""
     rng, count = np.random.default_rng(1), count_per_group(posterior_sd)
