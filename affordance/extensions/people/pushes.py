@@ -132,7 +132,11 @@ def _find_objects(
                 refuse_cell(cells, place, "size", problem)
         places, presented = list_presented(cells, rows, tools, materials)
         return places.to_numpy(np.intp), presented
-    for column, what in (("object", "the object's name"), ("mass", "its mass, in kg"), ("size", "its volume, in m^3")):
+    for column, what in (
+        ("object", "the object's name"),
+        ("mass", "its mass, in kg"),
+        ("size", "its volume, in m^3"),
+    ):
         empty = (rows[column].isna() | (rows[column] == "")).to_numpy()
         if empty.any():
             verb = "empty" if column in cells.labels else "missing"
