@@ -5,6 +5,8 @@ A blow lasts a few milliseconds, so a scene may run slower around it, with the c
 
 import gc
 import html
+import secrets
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -147,9 +149,14 @@ def write_replay(
 
 
 def open_meshcat(what: str) -> Meshcat:
-    """Opens Meshcat on a local port; raises an AffordanceError, with what is to be drawn, if it cannot."""
+    """Opens Meshcat on a local port; raises an AffordanceError, with what is to be drawn, if it cannot.
+
+    Meshcat obeys every website that a browser of this machine shows, and a broken message ends its process. So it
+    gets an arbitrary one of this machine's 16 million own addresses, which no website knows; macOS has a single one.
+    """
+    own = "127." + ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
     try:
-        return Meshcat(MeshcatParams(host="localhost"))
+        return Meshcat(MeshcatParams(host="localhost" if sys.platform == "darwin" else own))
     except RuntimeError as error:
         raise AffordanceError(f"{what}: cannot be drawn: {error}") from error
 

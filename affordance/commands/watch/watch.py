@@ -6,6 +6,7 @@ import socket
 import sys
 import webbrowser
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from affordance.commands import options
 from affordance.commands.setups import check_experiment, read_setup
@@ -39,7 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
         setup = options.remember(setup, arguments, robot)
     show = Show(arguments.experiment, setup)
     address = show.scene.page.address
-    tunnels = " ".join(f"-L {port}:localhost:{port}" for port in show.scene.ports)
+    hosts = [urlsplit(each).netloc for each in show.scene.addresses]
+    tunnels = " ".join(f"-L {host}:{host}" for host in hosts)
     print(f"Watch {arguments.experiment} at {address} (Ctrl-C ends it)", end="; ")
     print(f"from another machine first: ssh {tunnels} {socket.gethostname()}", flush=True)
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):

@@ -1,5 +1,6 @@
 """Live scene of ``affordance watch``: the arm in Meshcat, with what was expected and what is felt next to it."""
 
+import math
 import time
 from collections.abc import Iterable, Mapping
 from enum import Enum
@@ -87,14 +88,16 @@ class LiveScene:
         return view
 
     @property
-    def ports(self) -> tuple[int, int]:
-        """Ports of the page and of its scene."""
-        return self.page.port, int(self.meshcat.port())
+    def addresses(self) -> tuple[str, str]:
+        """Addresses of the page and of its scene."""
+        return self.page.address, self.meshcat.web_url()
 
     @property
     def factors(self) -> tuple[float, float]:
-        """Factors of true density and size that the sliders set."""
-        return self.meshcat.GetSliderValue(DENSITY), self.meshcat.GetSliderValue(SIZE)
+        """Factors of true density and size that the sliders set, within the sliders' ends; 1 for NaN."""
+        sent = [(self.meshcat.GetSliderValue(name), low, high) for name, _, low, high in _SLIDERS]
+        density, size = (1.0 if math.isnan(value) else min(max(value, low), high) for value, low, high in sent)
+        return density, size
 
     @property
     def is_wanted(self) -> bool:

@@ -1,6 +1,9 @@
 """``affordance watch`` in a real browser, and its messages for bad input."""
 
+import ipaddress
 import re
+import sys
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from affordance.extensions.robots.importer import ImportOptions
 from affordance.extensions.robots.kept import import_arm
 from affordance.extensions.watch.live_scene import LiveScene, Wish
 from affordance.extensions.watch.show import Show
+from affordance.reporting.replay import open_meshcat
 from affordance.simulation.trial import TrialRunner
 
 
@@ -155,6 +159,23 @@ def test_wishes_are_taken_once(scene):
     assert scene.take_wish() is Wish.CHANGE
     assert scene.factors == (1.0, 1.2)
     assert scene.take_wish() is None
+
+
+@pytest.mark.parametrize(("sent", "used"), [(1e9, 1.5), (-1.0, 0.5), (float("nan"), 1.0)])
+def test_slider_values_out_of_range_are_replaced(scene, sent, used):
+    scene.meshcat.factors["Size, times"] = sent
+    assert scene.factors == (1.0, used)
+    scene.take_wish()
+    assert not scene.is_wanted
+
+
+@pytest.mark.skipif(sys.platform == "darwin", reason="has a single local address")
+def test_no_website_can_guess_where_the_scene_listens():
+    """A browser lets any website send messages to a known local port, and a broken one ends Meshcat's process."""
+    addresses = {urlsplit(open_meshcat("a test").web_url()).hostname for _ in range(3)}
+    assert len(addresses) == 3
+    for address in addresses:
+        assert ipaddress.ip_address(address).is_loopback
 
 
 def test_objects_are_shown_in_turn_and_a_wish_chooses_the_next(monkeypatch, scene, weight):
