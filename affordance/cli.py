@@ -6,6 +6,7 @@ Drake cannot be imported. The name of an experiment alone runs that experiment.
 
 import argparse
 import contextlib
+import locale
 import logging
 import os
 import shutil
@@ -29,6 +30,8 @@ from affordance.version import __version__
 _FREE = ("doctor",)
 # Commands that may take seconds but have no progress bar: the elapsed time is shown.
 _SHOW_TIME = ("guess", "rank", "next", "compare-robots", "excite", "identify", "memory")
+# Names of the encoding of the locales C and POSIX, on Linux and macOS.
+_ASCII = ("ANSI_X3.4-1968", "US-ASCII")
 # Messages of the dynamic loader if it has no memory for a library.
 _NO_MEMORY = ("failed to map segment", "annot allocate memory")
 _SAFE_PATH = "PYTHONSAFEPATH"
@@ -96,6 +99,9 @@ def _run(words: Sequence[str], program: str) -> int:
     handler.setFormatter(ShownFormatter("%(message)s"))
     logging.basicConfig(handlers=[handler], level=logging.WARNING)
     if name not in _FREE:
+        if (encoding := locale.getpreferredencoding(False)) in _ASCII:
+            problem = "with which Drake cannot be loaded; set PYTHONUTF8=1, or a locale such as LANG=C.UTF-8"
+            raise AffordanceError(f"the locale's encoding is {encoding}, {problem}")
         provide_libraries()
     if name == "study" and words and not words[0].startswith("-"):
         study = import_study(words[0])  # a command with its own help

@@ -1,6 +1,9 @@
 """Files of text are read and written as UTF-8, whatever the locale of who runs the program."""
 
 import ast
+import os
+import subprocess
+import sys
 
 import pytest
 from helpers.children import ROOT
@@ -52,3 +55,14 @@ def test_every_text_file_names_its_encoding(folder):
 )
 def test_calls_are_told_apart(call, is_found):
     assert bool(list_without_encoding(call)) is is_found
+
+
+@pytest.mark.parametrize(("is_utf8", "status"), [("0", 2), ("1", 0)])
+def test_a_locale_without_utf8_is_refused_in_one_line_that_says_what_to_set(is_utf8, status):
+    own = {"LC_ALL": "C", "PYTHONUTF8": is_utf8, "PYTHONCOERCECLOCALE": "0"}
+    command = [sys.executable, "-m", "affordance", "guess", "--help"]
+    found = subprocess.run(command, env={**os.environ, **own}, cwd=ROOT, capture_output=True, check=False)
+    assert found.returncode == status
+    lines = found.stderr.decode().splitlines()
+    assert len(lines) == (status == 2)
+    assert all("Drake cannot be loaded; set PYTHONUTF8=1, or a locale such as LANG=C.UTF-8" in line for line in lines)
