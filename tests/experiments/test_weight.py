@@ -10,10 +10,12 @@ from helpers.changed_files import change_file
 from helpers.refusals import refuse
 from helpers.results_files import read_numbers, read_section
 
+from affordance.belief.prior import Prior
 from affordance.exceptions import AffordanceError
 from affordance.experiments import weight
 from affordance.experiments.shared.observers import Setup
 from affordance.experiments.shared.suite import run_suite
+from affordance.objects.materials import load_materials
 
 RODS = ["rod_10cm", "rod_15cm", "rod_20cm", "rod_25cm"]
 BRASS, DECOY = "position: [0.050, 0, 0], material: brass", "material: beech, looks_like: brass"
@@ -142,7 +144,7 @@ def test_words_and_tables_follow_objects_and_numbers(shipped):
 def test_more_rods_of_another_material_are_held_and_drawn(models, tmp_path, monkeypatch):
     """Eight rods of rubber, more than there are colours for, and a decoy are run, drawn and described.
 
-    Rubber is as dense as is believed before, so that the first rod does not sink, and no drop is less than its.
+    This rubber is as dense as is believed before, so that the first rod does not sink, and no drop is less than its.
     """
     monkeypatch.setattr(weight, "DURATION", 0.1)
     shape = "semi_axes: [0.1, 0.015, 0.015], position: [0.1, 0, 0]"
@@ -150,9 +152,8 @@ def test_more_rods_of_another_material_are_held_and_drawn(models, tmp_path, monk
     rods = [rod.format(number, "") for number in range(8)]
     decoy = rod.format("decoy", ", looks_like: rubber").replace("material: rubber", "material: oak")
     (models / "tools" / "weight.yaml").write_text("tools:\n" + "".join([*rods, decoy]), encoding="utf-8")
-    known = (models / "materials.yaml").read_text(encoding="utf-8")
-    assert "\noak:" in known
-    assert "\nrubber:" in known
+    rubber = load_materials(models / "materials.yaml")["rubber"].density
+    change_file(models / "materials.yaml", f"density: {rubber:g}", f"density: {Prior().mode:g}")
     run_suite(["weight"], Setup(observers=2, models=models, out=tmp_path / "out"))
     section = read_section(tmp_path / "out" / "weight")
     assert "8 rods of rubber" in section.summary

@@ -212,12 +212,12 @@ def test_how_tos_show_code_that_runs(tmp_path, monkeypatch):
         for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
             exec(block, {})
     page = (ROOT / "docs" / "howto" / "add_material.md").read_text()
-    (cork,) = re.findall(r"```yaml\n# (\S+)\n(.*?)```", page, re.DOTALL)
-    path = tmp_path / cork[0]
-    path.write_text(path.read_text() + cork[1])
-    assert affordance.load_materials(path)["cork"].density == 240.0
+    (balsa,) = re.findall(r"```yaml\n# (\S+)\n(.*?)```", page, re.DOTALL)
+    path = tmp_path / balsa[0]
+    path.write_text(path.read_text() + balsa[1])
+    assert affordance.load_materials(path)["balsa"].density == 125.0
     *_, decoy = weight.read(affordance.Setup(models=path.parent))
-    assert [part.material.name for part in decoy.components] == ["cork"]
+    assert [part.material.name for part in decoy.components] == ["balsa"]
 
 
 def test_questions_are_the_titles_of_how_tos():
