@@ -16,8 +16,9 @@ from pydrake.math import RotationMatrix
 from affordance.arrays import Array
 from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
+from affordance.choice.options import Option
 from affordance.control.strike import Strike
-from affordance.control.swing import ALONG, Swing, Target, find_target, plan_swing
+from affordance.control.swing import ALONG, Swing, Target, find_target, has_face_in_hand, plan_swing
 from affordance.control.task import Start, StartEntry
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import StrPath, Vector, Within, check_path, complain
@@ -114,7 +115,9 @@ class Hammer:
             settings: Settings of the controller.
         """
         target = self.find_target(model, parts)
-        swings, infeasible_reason = _plan_swings(model, target, self)
+        swings, infeasible_reason = dict[float, Swing](), "the face is in the hand in this grip"
+        if not has_face_in_hand(parts):
+            swings, infeasible_reason = _plan_swings(model, target, self)
         period, measure = settings.control_period, settings.cost_measure
         return BlowCost(
             nail=self.nail,
@@ -168,6 +171,12 @@ class HammerEntry(NailEntry):
         a, b, c = (float(value) for value in direction / float(np.linalg.norm(direction)))
         start = tuple(self.blow.start.items())
         return Hammer(nail, self.blow.offset, (a, b, c), self.blow.duration, nail.force_demanded, start)
+
+
+def keep_strikers(options: Sequence[Option]) -> list[Option]:
+    """Keeps the options with a striking face; all of them if no tool has one (the paper's tools have none)."""
+    kept = [option for option in options if any(part.strikes for part in option.features)]
+    return kept or list(options)
 
 
 def load_hammer(path: StrPath) -> Hammer:

@@ -222,7 +222,7 @@ def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
     joint = int(np.argmax(shares))
     if shares[joint] >= _SHARE:
         return f"where {arm.joint_names[joint]} is at its limit of {limits.v_max[joint]:.3g} rad/s"
-    return f"where no joint is at a limit: the arm is too short, or its {len(q)} joints are too few"
+    return f"where no joint is at a limit of angle or rate: the place may be out of reach of its {len(q)} joints"
 
 
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:

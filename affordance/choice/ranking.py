@@ -16,6 +16,7 @@ from affordance.arguments import Seed, check_kind, check_member, check_number, c
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion, Demand
+from affordance.choice.hammer import Hammer, keep_strikers
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
@@ -168,7 +169,8 @@ def rank(
         bounds: Largest wrench that the gripper can hold. With None it can hold everything, and loads on joints and
             grip are computed only if the criterion uses them.
 
-    Returns: Options in order of cost.
+    Returns: Options in order of cost. If the task is a blow and some tools have a striking face, those without one
+        are left out.
 
     Raises:
         BadArgumentError: An argument has the wrong type or is out of bounds.
@@ -191,7 +193,7 @@ def rank(
         check_kind("bounds", bounds, GripBounds)
     _check_sampling(num_samples, min_feasibility)
     rng = np.random.default_rng(check_seed(seed))
-    choice = plan_choice(options, task, settings)
+    choice = plan_choice(keep_strikers(options) if isinstance(task, Hammer) else options, task, settings)
     return rank_options(choice, belief, rng, num_samples, min_feasibility, criterion=criterion, bounds=bounds)
 
 
@@ -274,14 +276,13 @@ def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) ->
     usable = ranking.ranked[: ranking.num_usable]
     if len(usable) < 2:
         return None
-    rival = max(range(1, len(usable)), key=lambda i: usable[i].p_best)
     names = list(dict.fromkeys(option.object_name for option in options))
     return find_reasons(
         draws,
         np.array([each.samples.cost for each in usable]),
         np.array([each.samples.feasible for each in usable]),
         np.array([names.index(each.option.object_name) for each in usable]),
-        (0, rival),
+        (0, 1),  # the nearest rival is the next by cost
         is_peak=ranking.criterion.is_peak,
     )
 

@@ -147,13 +147,19 @@ class StrikeCondition:
         return is_near and bool(self._target.direction_W @ self._compute_normal() > 0.0)
 
 
+def has_face_in_hand(parts: Sequence[PosedShape]) -> bool:
+    """Returns True if a tool, posed relative to the hand, has striking faces and the hand covers them all."""
+    faces = [face.express(part.X_TE)[0] for part in parts for face in part.strikes]
+    return bool(faces) and all(p_TS[0] <= _HAND for p_TS in faces)
+
+
 def find_target(
     model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
 ) -> Target:
     """Finds the striking point of a tool and its target; leaves the model at rest in the start posture.
 
     The striking point is the centre of the striking face furthest ahead of the hand. A tool without a striking face
-    clear of the hand strikes with the point of its free part that is furthest along the blow in the start posture.
+    strikes with the point of its free part that is furthest along the blow in the start posture.
 
     Args:
         model: Model of the arm; its state is changed.

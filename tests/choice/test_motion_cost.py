@@ -123,5 +123,5 @@ def test_rate_at_a_limit_is_named_next(arm, middle):
 
 
 def test_arm_at_no_limit_is_too_short_or_has_too_few_joints(arm, middle):
-    expected = "where no joint is at a limit: the arm is too short, or its 7 joints are too few"
+    expected = "where no joint is at a limit of angle or rate: the place may be out of reach of its 7 joints"
     assert describe(arm, middle, 0.5 * arm.limits.v_max) == expected

@@ -14,7 +14,7 @@ from affordance.commands.advice.workbench import (
     add_choice,
     break_lines,
     check_choice,
-    keep_strikers,
+    choose_strikers,
     open_bench,
     rank_tools,
     see_tools,
@@ -75,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
         memory, felt = learn_weighings(memory, objects, settings.prior, felt)
     questions, remarks = list[Question](), list(bench.remarks)
     for name, task in tasks.items():
-        usable, said = keep_strikers(options, task, arguments.tools)
+        usable, said = choose_strikers(options, task, bench.tools, arguments.tools)
         questions.append(Question(name, plan_options(usable, task, settings)))
         remarks += said
     advice = advise_hold(

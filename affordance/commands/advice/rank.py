@@ -15,7 +15,7 @@ from affordance.commands.advice.workbench import (
     add_choice,
     break_lines,
     check_choice,
-    keep_strikers,
+    choose_strikers,
     keep_unlike,
     open_bench,
     rank_tools,
@@ -75,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     bench = open_bench(arguments, robot, names)
     settings, materials, tools = bench.settings, bench.materials, bench.tools
     ((name, task),) = bench.tasks.items()
-    options, remarks = keep_strikers(see_tools(arguments, bench), task, arguments.tools)
+    options, remarks = choose_strikers(see_tools(arguments, bench), task, tools, arguments.tools)
     options, alike = keep_unlike(arguments, options, tools)
     choice = plan_options(options, task, settings)
     ranking, draws = rank_tools(arguments, bench, choice, task, bounds)

@@ -10,7 +10,7 @@ import numpy as np
 from affordance.arguments import check_number, check_whole
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
-from affordance.choice.hammer import Hammer
+from affordance.choice.hammer import Hammer, keep_strikers
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.options import Option, add_weighings
@@ -23,6 +23,7 @@ from affordance.extensions.advice.easing import explain_failure
 from affordance.extensions.advice.known_materials import NamedBelief, know_by_name
 from affordance.extensions.memory.ledger import count_of, open_memory
 from affordance.files.constraints import Whole
+from affordance.files.lacks import read_lacks
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
@@ -50,7 +51,7 @@ class Bench(NamedTuple):
     named: NamedBelief
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
-    remarks: tuple[str, ...] = ()  # warnings about the tools file
+    remarks: tuple[str, ...] = ()  # warnings about the tools file and the arm
 
 
 def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
@@ -123,6 +124,10 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     others = [] if stock is None else list(load_tools(stock, materials))
     named = know_materials(arguments, settings, [*tools, *others], materials)
     tasks = read_tasks(names, arguments.files, robot)
+    lacks = read_lacks(robot.folder)
+    for name in names:
+        if why := lacks.get("blow" if isinstance(tasks[name], Hammer) else name):
+            remarks += (f"the import found {name} infeasible for this arm: {why}",)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
     return Bench(settings, materials, tools, others, named, tasks, criterion, remarks)
 
@@ -187,20 +192,28 @@ def keep_unlike(
     return kept, {name: grips for name, grips in alike.items() if grips}
 
 
-def keep_strikers(options: Sequence[Option], task: TaskCostModel, path: Path) -> tuple[list[Option], tuple[str, ...]]:
-    """Keeps the options with a striking face if the task is a blow, and warns of the tools without one.
+def choose_strikers(
+    options: Sequence[Option], task: TaskCostModel, tools: Sequence[Tool], path: Path
+) -> tuple[list[Option], tuple[str, ...]]:
+    """Keeps the options with a striking face if the task is a blow, with remarks on soft faces and tools without one.
 
     Raises:
         BadValueError: If the task is a blow and no tool has a striking face.
     """
     if not isinstance(task, Hammer):
         return list(options), ()
-    kept = [option for option in options if any(part.strikes for part in option.features)]
-    without = dict.fromkeys(option.object_name for option in options if option not in kept)
-    if not kept:
+    if not any(part.strikes for option in options for part in option.features):
         problem = "has no tool with a striking face, must have strikes: {NAME: {point: [x, y, z], normal: [x, y, z]}}"
         raise BadValueError(path, "tools", problem)
-    return kept, tuple(f"{name} has no striking face (strikes) and cannot be used for a blow" for name in without)
+    kept = keep_strikers(options)
+    without = dict.fromkeys(option.object_name for option in options if option not in kept)
+    remarks = [f"{name} has no striking face (strikes) and cannot be used for a blow" for name in without]
+    for tool in tools:
+        soft = [part.material.name for part in tool.components if part.strikes and "rubber" in part.material.name]
+        remarks += [
+            f"{tool.name} strikes with {name}; its blow is computed as that of a hard face" for name in soft[:1]
+        ]
+    return kept, tuple(remarks)
 
 
 def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:

@@ -1,6 +1,7 @@
 """Ranking of tools and grips: table, reasons, sentence, JSON and picture, and one line for bad input."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +14,11 @@ from helpers.robot_files import write_urdf
 from helpers.trials import hold, write_known
 from helpers.workshop import HAMMERS
 
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.hammer import load_hammer
+from affordance.choice.listed_options import list_options
 from affordance.choice.pricing import GRIP_LEVER
+from affordance.choice.ranking import rank
 from affordance.commands import options, run
 from affordance.commands.advice import workbench
 from affordance.commands.watch import watch
@@ -23,13 +28,15 @@ from affordance.extensions.memory.ledger import open_memory
 from affordance.extensions.pixels import seen_tool
 from affordance.extensions.robots.importer import ImportOptions
 from affordance.extensions.robots.kept import import_arm
+from affordance.files.lacks import write_lacks
 from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.plant.arm_model import ArmModel
 from affordance.robot import Robot
 
 PAST = "the paper's arm had another arm in 1 of its trials, which still count for materials"
-_Scene = SimpleNamespace(page=SimpleNamespace(address="http://localhost:1"), ports=(1, 2))
+_Scene = SimpleNamespace(page=SimpleNamespace(address="http://localhost:1"), ports=(1, 2), addresses=())
 OAK = load_materials()["oak"].colour
 ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200", "--know", "nothing"]
 
@@ -345,11 +352,38 @@ def test_tool_without_a_striking_face_is_no_option_for_a_blow(club, tmp_path):
     said = answer("rank", "hammer", *club[2:], status=2).err
     assert "club.yaml: tools: has no tool with a striking face, must have strikes: {NAME: {point:" in said
     both = tmp_path / "both.yaml"
-    face = "    strikes: {end: {point: [0, 0, 0.18], normal: [0, 0, 1]}}\n"
+    face = "    strikes: {side: {point: [0.03, 0, 0.15], normal: [1, 0, 0]}}\n"
     both.write_text(CLUB + CLUB.replace("tools:\n", "").replace("name: club", "name: beetle") + face)
     content = answer("rank", "hammer", "--samples", "200", "--tools", both, "--json").content
     assert {each["tool"] for each in content["options"]} == {"beetle"}
     assert content["remarks"] == ["club has no striking face (strikes) and cannot be used for a blow"]
+
+
+def test_blow_with_the_face_in_the_hand_is_not_ranked_and_rubber_is_said(known):
+    """Such a grip would strike with the handle; Python leaves out what the command leaves out."""
+    content = answer("rank", "hammer", "--samples", "200", "--know", "nothing", "--json").content
+    reasons = {each["reason"] for each in content["options"] if each["grip"] == "head"}
+    assert reasons == {"the face is in the hand in this grip"}
+    assert all(each["usable"] or each["reason"] for each in content["options"])
+    assert content["remarks"] == ["mallet strikes with rubber; its blow is computed as that of a hard face"]
+    options = [option for tool in load_tools(MODELS / "workshop" / "tools.yaml") for option in list_options(tool)]
+    bare = [
+        replace(each, object_name="bare", features=tuple(replace(part, strikes=()) for part in each.features))
+        for each in options[:1]
+    ]
+    ranking = rank([*options, *bare], load_hammer(MODELS / "nail.yaml"), MaterialMemory(), num_samples=50)
+    assert "bare" not in {each.option.object_name for each in ranking.ranked}
+    assert {each.option.grip for each in ranking.ranked if each.infeasible_reason} >= {"head"}
+
+
+def test_task_that_the_import_found_infeasible_is_said(tmp_path):
+    models = tmp_path / "weak"
+    shutil.copytree(MODELS, models)
+    write_lacks(models, {"blow": "the peak is 511 N, 427 N are demanded"})
+    words = ["hammer", "--samples", "200", "--only", "claw hammer", "--by", "work", "--robot", models]
+    said = "the import found hammer infeasible for this arm: the peak is 511 N, 427 N are demanded"
+    assert said in answer("rank", *words, "--json").content["remarks"]
+    assert f"warning: {said}" in answer("next", *words).lines
 
 
 @pytest.mark.parametrize("width", [60, 80, 140])
