@@ -11,7 +11,8 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 
 # Ranges in other tables than those of the file, [kg/m^3]: woods, cork, leather, glass and stone from Bolz and Tuve
-# 1973, page 178; metals from simetric.co.uk and wermac.org, copper from Marks, page 6-7; plastics from polymerfacts.com.
+# 1973, page 178; metals from simetric.co.uk and wermac.org, copper from Marks, page 6-7; plastics from
+# polymerfacts.com.
 RANGES = {
     "oak": (600, 900), "ash": (650, 850), "hickory": (600, 900), "maple": (620, 750), "birch": (510, 770),
     "walnut": (600, 700), "beech": (700, 900), "cork": (220, 260), "leather": (860, 1000), "glass": (2400, 2800),
