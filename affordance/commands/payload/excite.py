@@ -20,6 +20,7 @@ from affordance.extensions.payload.excitation.planned_motion import (
     MotionFamily,
     MotionLimits,
     PostureFamily,
+    compute_lowest,
     plan_way,
 )
 from affordance.extensions.payload.recording.preparation import PreparedRun
@@ -61,7 +62,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--tip-speed", type=float, default=1.0, metavar="V", help="speed limit of the tip, m/s (default 1)")
     what = "largest distance of each joint from home (default 3.14)"
     add("--reach", type=float, default=3.14, metavar="RAD", help=what)
-    add("--above", type=float, metavar="M", help="lowest height of the tip in the base frame (default: none)")
+    what = "lowest height of the tip above the base's origin, on the ways from home and back, too (default 0)"
+    add("--above", type=float, default=0.0, metavar="M", help=what)
     options.add_answer(parser, "motion.csv, trajectory.yaml, excite.json and .txt")
     options.add_robot(parser)
     options.add_seed(parser)
@@ -85,14 +87,14 @@ def run(arguments: argparse.Namespace) -> int:
         reach=arguments.reach,
         acceleration=acceleration,
         tip_speed=arguments.tip_speed,
-        height=-np.inf if arguments.above is None else arguments.above,
+        height=arguments.above,
     )
     seconds, postures = arguments.seconds, arguments.postures
     family: MotionFamily = (
         FourierFamily(chain, limits, seconds) if postures is None else PostureFamily(chain, limits, seconds, postures)
     )
     try:
-        design, spread = design_motion(expectation, family, aim, seed=arguments.seed)
+        design, spread = design_motion(expectation, family, aim, home=robot.home, seed=arguments.seed)
     except NoMotionError as error:
         advice = "choose more seconds, fewer postures, a lighter load, or a smaller --above"
         raise BadValueError("--seconds", "", f"is {seconds:g}: {error}; {advice}") from error
@@ -161,7 +163,7 @@ def _check(arguments: argparse.Namespace) -> None:
         check_whole("--postures", arguments.postures, _POSTURES)
     for name, bounds in _BOUNDS.items():
         value = getattr(arguments, name.replace("-", "_"))
-        for each in value if isinstance(value, list) else [] if value is None else [value]:
+        for each in value if isinstance(value, list) else [value]:
             check_number(f"--{name}", each, *bounds)
 
 
@@ -207,11 +209,14 @@ def _describe(
         yield f"The SD of the mass is within a factor of {_NEAR_FLOOR:g} of that error: longer motions help little"
     angles = zip(robot.joint_names, design.motion.q[0], strict=True)
     yield f"Start at rest at {', '.join(f'{name} {angle:.3f}' for name, angle in angles)} rad"
-    lowest = float(robot.chain.compute_motion(*way.motion).p_WT[:, 2].min())
+    lowest = compute_lowest(robot.chain, robot.home, design.motion.q[[0, -1]])
     yield (
         f"From home, a straight path in joint space takes {way.times[-1]:.1f} s; the tip stays above {lowest:.2f} m "
         "(to_start.yaml and back_home.yaml in --out)"
     )
+    height = float(robot.chain.compute_positions(robot.home[None], np.zeros(3))[0, 2])
+    if height < arguments.above:
+        yield f"The tip at home is at {height:.2f} m, below --above {arguments.above:g} m: so are ends of the ways"
     most = zip(robot.joint_names, acceleration, strict=True)
     yield f"Accelerations within {', '.join(f'{name} {limit:g}' for name, limit in most)} rad/s^2"
     yield "Run it with an empty hand, then with the load; record from one second before to one second after"

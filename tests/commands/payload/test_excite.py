@@ -9,6 +9,7 @@ import yaml
 from helpers.answers import answer
 from helpers.refusals import refuse_command
 
+from affordance import Robot
 from affordance.commands.payload import excite
 from affordance.extensions.payload.excitation.motion_design import design_motion
 
@@ -38,7 +39,7 @@ def test_motion_is_said_and_written(tmp_path):
 
 
 def test_postures_as_json():
-    content = answer("excite", "--for", "com", "--postures", 2, "--seconds", 9, "--json").content
+    content = answer("excite", "--for", "com", "--postures", 2, "--seconds", 9, "--above", -2, "--json").content
     assert (content["for"], content["postures"]) == ("com", 2)
     assert content["predicted_sd"]["mass_g"] > 10.0  # the floor
 
@@ -74,3 +75,24 @@ def test_accelerations_are_those_of_the_option_or_usual_ones(tmp_path):
         assert np.abs(table["vdot_1"]).max() <= expected
     said = answer("excite", "--acceleration", 1, 2, status=2).err
     assert "--acceleration: has 2 numbers, must have 1, or one for each of" in said
+
+
+def test_tip_stays_above_the_base_unless_told_otherwise(tmp_path, monkeypatch):
+    monkeypatch.setattr(excite, "design_motion", functools.partial(design_motion, num_draws=30, num_changes=0))
+    robot, lowest = Robot(), {}
+    for options in ((), ("--above", -2)):
+        content = answer("excite", "--seconds", 4, "--seed", 5, *options, "--out", tmp_path, "--json").content
+        motion = np.genfromtxt(tmp_path / "motion.csv", delimiter=",", skip_header=1)[:, 1:8]
+        ways = [
+            yaml.safe_load((tmp_path / name).read_text())["points"] for name in ("to_start.yaml", "back_home.yaml")
+        ]
+        q = np.concatenate([motion, *([point["positions"] for point in way] for way in ways)])
+        lowest[options] = robot.chain.compute_positions(q, np.zeros(3))[:, 2].min()
+        assert "the tip stays above" in content["sentence"]
+    assert lowest[()] > -1e-6  # home is at the height of the base, and the ways start there
+    assert lowest["--above", -2] < -0.1
+
+
+def test_home_below_the_least_height_is_said():
+    said = answer("excite", "--seconds", 4, "--above", 0.05).out
+    assert "The tip at home is at 0.00 m, below --above 0.05 m: so are ends of the ways" in said

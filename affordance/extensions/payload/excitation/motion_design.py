@@ -8,7 +8,11 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
 from affordance.extensions.payload.excitation.expectation import Aim, Expectation, Spread
-from affordance.extensions.payload.excitation.planned_motion import MotionFamily, list_times
+from affordance.extensions.payload.excitation.planned_motion import (
+    MotionFamily,
+    compute_lowest,
+    list_times,
+)
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
 from affordance.extensions.payload.recording.preparation import PreparedRun
 
@@ -39,11 +43,15 @@ def design_motion(
     family: MotionFamily,
     aim: Aim,
     *,
+    home: Array | None = None,
     num_draws: int = NUM_DRAWS,
     num_changes: int = NUM_CHANGES,
     seed: int = 0,
 ) -> tuple[MotionDesign, Spread]:
     """Designs the motion after which the standard deviation of one quantity is predicted to be least.
+
+    Straight paths in joint space from home, shape (n,), [rad], to the motion's start, and from its end to home, keep
+    the tip above its least height, too, or above its height at home where that is lower.
 
     Returns: The motion, which respects the limits with every expected body, and the predicted standard deviations.
 
@@ -53,10 +61,15 @@ def design_motion(
     bodies = parameters_from_theta(expectation.bodies)
     rng = np.random.default_rng(seed)
     times = list_times(family.duration)
+    height = family.limits.height
+    if home is not None:
+        height = min(height, float(family.robot.compute_positions(home[None], np.zeros(3))[0, 2]))
 
     def judge(numbers: Array) -> float:
         motion = family.build(numbers, times)
         if motion is None:
+            return np.inf
+        if home is not None and compute_lowest(family.robot, home, motion.q[[0, -1]]) < height:
             return np.inf
         dynamics = family.robot.compute_dynamics(*motion.motion)
         if family.limits.compute_excess(family.robot, motion, bodies, dynamics) > _USED:

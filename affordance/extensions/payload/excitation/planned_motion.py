@@ -25,6 +25,7 @@ _RATE, _WAY_RATE = 10.0, 50.0  # sampling rates at which motions are compared, a
 # Mean speed of a sweep, at which the direction of friction is certain, and its least duration, [rad/s, s].
 _SWEEP_SPEED, _SHORTEST = 0.1, 0.2
 _PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # peaks of a minimum-jerk move by 1 rad in 1 s
+_WAY_SAMPLES = 50  # postures on a straight path at which the tip's height is checked
 _TRIALS = 4  # attempts to slow a motion down until the tip is slow enough
 
 
@@ -134,6 +135,13 @@ def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array)
         if over <= 1.0:
             return motion
         duration *= 1.02 * over
+
+
+def compute_lowest(robot: SerialChain, home: Array, ends: Array) -> float:
+    """Computes the tip's least height on straight paths in joint space from home to each end, (K, n), [rad]."""
+    share = np.linspace(0.0, 1.0, _WAY_SAMPLES)[:, None, None]
+    paths = (home + share * (ends - home)).reshape(-1, len(home))
+    return float(robot.compute_positions(paths, np.zeros(3))[:, 2].min())
 
 
 def to_motion(times: Array, q: Array, v: Array, vdot: Array) -> PreparedRun:
