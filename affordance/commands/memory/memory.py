@@ -3,10 +3,9 @@
 import argparse
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.likelihood import Quadratic
@@ -29,10 +28,12 @@ from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
-from affordance.reporting.figures import tidy
 from affordance.reporting.formatting import tabulate, tabulate_within
 from affordance.vision.eye import measure_drawing
 from affordance.vision.prediction import measure_geometry
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Exit status if verify finds faults.
 FAULTY = 3
@@ -165,8 +166,14 @@ def list_weighed_trials(tools: Iterable[Tool], path: Path) -> Iterator[TrialEvid
             )
 
 
-def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
+def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> "Figure":
     """Draws densities of materials and masses of objects, with 90 % intervals and numbers of trials."""
+    # Imported here, so that answers without a figure come sooner.
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter, ScalarFormatter
+
+    from affordance.reporting.figures import tidy
+
     left_out = [max(len(each) - _MOST_DRAWN, 0) for each in summary]
     summary = MemorySummary(summary.materials[:_MOST_DRAWN], summary.things[:_MOST_DRAWN])
     rows = max(len(summary.materials), len(summary.things), 1)

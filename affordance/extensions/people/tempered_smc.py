@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # scipy.stats takes half a second to import: on first use
 from scipy.special import logsumexp
-from scipy.stats import norm, qmc
 
 from affordance.arrays import Array
 
@@ -43,8 +43,10 @@ class Draws(NamedTuple):
 
 def draw_prior(count: int, size: int, seed: int) -> Array:
     """Draws standard normal numbers that fill their space evenly (scrambled Sobol sequence), (count, size)."""
-    points = qmc.Sobol(size, rng=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(count))))[:count]
-    numbers: Array = norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9))
+    points = scipy.stats.qmc.Sobol(size, rng=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(count))))[
+        :count
+    ]
+    numbers: Array = scipy.stats.norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9))
     return numbers
 
 

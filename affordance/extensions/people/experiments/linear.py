@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t as student_t
+import scipy  # scipy.stats takes half a second to import: on first use
 
 from affordance.experiments.shared.observer_numbers import PeopleSpread
 from affordance.experiments.shared.observers import Setup
@@ -183,7 +183,7 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
 
 def find_spread(published: Published, count: int, source: str) -> PeopleSpread:
     """Computes the standard deviation between people from the interval of their mean (Student's t)."""
-    quantile = float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
+    quantile = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
     return PeopleSpread(0.5 * (published.high - published.low) * math.sqrt(count) / quantile, source)
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import nct, norm
-from scipy.stats import t as student_t
+import scipy  # scipy.stats takes half a second to import: on first use
 
 from affordance.arrays import Array
 from affordance.experiments.shared.observer_numbers import ObserverNumbers, PeopleSpread
@@ -107,7 +106,7 @@ def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
     """
     differences = second[:, None] - first
     if extra_sd > 0.0:
-        return float(norm.cdf(differences / (math.sqrt(2.0) * extra_sd)).mean())
+        return float(scipy.stats.norm.cdf(differences / (math.sqrt(2.0) * extra_sd)).mean())
     return float((differences > 0.0).mean() + 0.5 * (differences == 0.0).mean())
 
 
@@ -119,7 +118,7 @@ def count_people(effect: float, power: float = POWER) -> float:
     """
     if effect == 0.0:
         return math.inf
-    quantiles = norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + norm.ppf(power)
+    quantiles = scipy.stats.norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + scipy.stats.norm.ppf(power)
     count = max(2.0, math.ceil(2.0 * (quantiles / effect) ** 2))
     while count <= _MANY and _compute_power(effect, count) < power:
         count += 1.0
@@ -131,8 +130,8 @@ def _compute_power(effect: float, count: float) -> float:
     free, shift = 2.0 * count - 2.0, abs(effect) * math.sqrt(0.5 * count)
     if math.isinf(shift):
         return 1.0
-    critical = student_t.ppf(1.0 - 0.5 * _SIGNIFICANCE, free)
-    return float(nct.sf(critical, free, shift) + nct.cdf(-critical, free, shift))
+    critical = scipy.stats.t.ppf(1.0 - 0.5 * _SIGNIFICANCE, free)
+    return float(scipy.stats.nct.sf(critical, free, shift) + scipy.stats.nct.cdf(-critical, free, shift))
 
 
 def format_predictions(
