@@ -7,6 +7,7 @@ import difflib
 import re
 from typing import NamedTuple
 
+import numpy as np
 from pydrake.multibody.tree import BodyIndex, Frame, Joint, RevoluteJoint, RigidBody
 
 from affordance.exceptions import BadValueError
@@ -33,6 +34,9 @@ _ASIDE = re.compile("cam|sensor|optical|imu|finger|jaw|servo", re.IGNORECASE)
 _JAW = re.compile("jaw|finger|claw|thumb", re.IGNORECASE)
 _GRIPS = re.compile("grip|jaw|finger|claw|thumb", re.IGNORECASE)
 _TURNS = re.compile("roll|yaw|pitch|rot|turn|twist|wrist|base", re.IGNORECASE)
+# A last joint is also taken for a jaw if it turns to one side only, from within _SHUT of zero by _OPEN at most, and
+# has at most _WEAK of the effort limit of the joint above it. [rad, rad, 1]
+_SHUT, _OPEN, _WEAK = 0.05, 0.5 * np.pi, 0.5
 _FOR_TOOLS = re.compile("|".join(_TOOL_WORDS), re.IGNORECASE)
 # Largest number of names listed, for one limb and in total.
 _OF_A_LIMB, _LISTED = 3, 12
@@ -193,12 +197,23 @@ def _is_on_hand(tree: RobotTree, name: str) -> bool:
 
 
 def _is_jaw(tree: RobotTree, joint: Joint) -> bool:
-    """Returns True if a joint moves a gripper's jaw, judged by names."""
+    """Returns True if a joint moves a gripper's jaw, judged by names or, for the last joint, by its limits."""
     if not joint.num_velocities() or _TURNS.search(joint.name()):
         return False
     if _JAW.search(joint.child_body().name()):
         return True
-    return bool(_GRIPS.search(joint.name())) and _count_in_series(tree, joint) == 1
+    return _count_in_series(tree, joint) == 1 and (bool(_GRIPS.search(joint.name())) or _closes(tree, joint))
+
+
+def _closes(tree: RobotTree, joint: Joint) -> bool:
+    """Returns True if a joint turns from closed to one side only, and is much weaker than the joint above it."""
+    above = next((each for each in tree.climb(joint.parent_body()) if each.num_velocities()), None)
+    if above is None or not isinstance(joint, RevoluteJoint):
+        return False
+    low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
+    weak, strong = tree.note(joint).effort, tree.note(above).effort
+    is_weak = weak is not None and strong is not None and weak <= _WEAK * strong
+    return bool(is_weak and min(abs(low), abs(high)) <= _SHUT and high - low <= _OPEN)
 
 
 def _rank_tool_frame(name: str) -> tuple[int, int]:

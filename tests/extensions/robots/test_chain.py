@@ -123,6 +123,8 @@ def test_no_tip_is_taken_where_two_limbs_are_the_longest(tmp_path: Path) -> None
 
 
 JAW = link("jaw", mass=0.05) + joint("grip", "flange", "jaw", axis="0 1 0")
+# A jaw whose name says nothing: it opens to one side only and is weak.
+NAMELESS = link("l7", mass=0.05) + joint("j7", "flange", "l7", limit='lower="0" upper="1.2" velocity="2" effort="2"')
 MIMIC = '<mimic joint="a1" multiplier="-1"/>'
 FINGERS = "".join(
     link(f"f{name}1", mass=0.04)
@@ -149,6 +151,11 @@ HAND = (
         (JAW.replace("grip", "j7"), "flange", "; j7 moves a jaw and is frozen"),
         (JAW.replace("jaw", "l7").replace("grip", "grip_roll"), "l7", "limb (7 joints); there are no others"),
         (JAW.replace("jaw", "l7").replace("grip", "j7"), "l7", "limb (7 joints); there are no others"),
+        (NAMELESS, "flange", "tip: flange, at the end of the longest limb (6 joints); j7 moves a jaw and is frozen"),
+        (NAMELESS.replace('upper="1.2"', 'upper="2.4"'), "l7", "limb (7 joints); there are no others"),
+        (NAMELESS.replace('lower="0"', 'lower="-1.2"'), "l7", "limb (7 joints); there are no others"),
+        (NAMELESS.replace('effort="2"', 'effort="40"'), "l7", "limb (7 joints); there are no others"),
+        (NAMELESS.replace("j7", "wrist_roll"), "l7", "limb (7 joints); there are no others"),
         (FINGERS, "flange", "tip: flange, at the end of the longest limb (6 joints); there are no others"),
         (HAND, "grasp_frame", "tip: grasp_frame, at the end of the longest limb (6 joints); others are hand, tool0"),
     ],
