@@ -40,7 +40,7 @@ class Turn(NamedTuple):
 class Reasons(NamedTuple):
     """Reasons for a choice."""
 
-    rival: int  # index of the option, other than the chosen one, that is most probably the cheapest
+    rival: int  # index of the next option by cost, with which the chosen one is compared
     shares: tuple[Share, ...]  # shares of the materials, the largest first
     rest: float  # share of everything else: errors of shape, and nonlinear effects of the densities
     turns: tuple[Turn, ...]  # densities that would change the choice, the most probable first

@@ -122,6 +122,6 @@ def test_rate_at_a_limit_is_named_next(arm, middle):
     )
 
 
-def test_arm_at_no_limit_is_too_short_or_has_too_few_joints(arm, middle):
+def test_arm_at_no_limit_may_be_too_far_from_the_place(arm, middle):
     expected = "where no joint is at a limit of angle or rate: the place may be out of reach of its 7 joints"
     assert describe(arm, middle, 0.5 * arm.limits.v_max) == expected

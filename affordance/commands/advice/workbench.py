@@ -34,6 +34,8 @@ from affordance.settings import Settings
 
 # Value of ``--know`` that means no material.
 _NOTHING = "nothing"
+# Names under which an import records tasks that have another name here.
+_OF_IMPORT = {"hammer": "blow", "reach": "path"}
 # Bounds of what a gripper can hold, [N] and [N m]; a larger value must be in the wrong unit.
 _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
@@ -126,7 +128,8 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     tasks = read_tasks(names, arguments.files, robot)
     lacks = read_lacks(robot.folder)
     for name in names:
-        if why := lacks.get("blow" if isinstance(tasks[name], Hammer) else name):
+        why = lacks.get("objects") or lacks.get(_OF_IMPORT.get(name, name))
+        if why:
             remarks += (f"the import found {name} infeasible for this arm: {why}",)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
     return Bench(settings, materials, tools, others, named, tasks, criterion, remarks)

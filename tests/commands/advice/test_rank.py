@@ -379,11 +379,12 @@ def test_blow_with_the_face_in_the_hand_is_not_ranked_and_rubber_is_said(known):
 def test_task_that_the_import_found_infeasible_is_said(tmp_path):
     models = tmp_path / "weak"
     shutil.copytree(MODELS, models)
-    write_lacks(models, {"blow": "the peak is 511 N, 427 N are demanded"})
+    write_lacks(models, {"blow": "the peak is 511 N, 427 N are demanded", "path": "too far"})
     words = ["hammer", "--samples", "200", "--only", "claw hammer", "--by", "work", "--robot", models]
     said = "the import found hammer infeasible for this arm: the peak is 511 N, 427 N are demanded"
     assert said in answer("rank", *words, "--json").content["remarks"]
     assert f"warning: {said}" in answer("next", *words).lines
+    assert "the import found reach infeasible" in answer("rank", "reach", *words[1:]).out
 
 
 @pytest.mark.parametrize("width", [60, 80, 140])
