@@ -20,6 +20,7 @@ from affordance.objects.primitives import Box, Capsule, Cylinder
 
 def make_drawn_shape(shape: Shape) -> Any:
     """Builds the Drake shape that draws a solid, in its frame E; unknown solids raise a NotImplementedError."""
+    shape = shape.visible
     match shape:
         case Ellipsoid():
             return geometry.Ellipsoid(*shape.semi_axes)

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 import numpy as np
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
-from affordance.arrays import Array
+from affordance.arrays import Array, store_read_only
 from affordance.exceptions import BadArgumentError
 
 NUM_PARAMETERS = 10
@@ -33,6 +33,11 @@ class Shape(Protocol):
 
     def __hash__(self) -> int:
         return hash((type(self), self.sizes.tobytes()))
+
+    @property
+    def visible(self) -> "Shape":
+        """Shape that is seen, which is the solid itself in most cases."""
+        return self
 
     @property
     def sizes(self) -> Array:
@@ -125,6 +130,64 @@ class Ellipsoid(Primitive):
     def compute_curvature_radius(self, direction_E: Array) -> float:
         """Computes the radius for semi-axes a, b, c and a unit vector d: a b c / |a d|^2, [m]."""
         return float(np.prod(self.sizes) / np.sum((self.sizes * direction_E) ** 2))
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedShape(Shape):
+    """Solid with another inertia than its visible shape has: part of it counts elsewhere, or its density varies.
+
+    Attributes:
+        outside: Visible shape.
+        J: Pseudo-inertia at a mean density of 1 kg/m^3 about Eo, expressed in E, shape (4, 4), read-only.
+    """
+
+    outside: Shape
+    J: Array
+
+    def __post_init__(self) -> None:
+        """Stores a read-only copy."""
+        store_read_only(self, J=np.array(self.J, dtype=float))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, LoadedShape) and self.outside == other.outside and np.array_equal(self.J, other.J)
+
+    def __hash__(self) -> int:
+        return hash((self.outside, self.J.tobytes()))
+
+    @property
+    def visible(self) -> Shape:
+        """Visible shape."""
+        return self.outside
+
+    @property
+    def sizes(self) -> Array:
+        """Visible lengths, shape (num_sizes,), [m]."""
+        return self.outside.sizes
+
+    @property
+    def volume(self) -> float:
+        """Volume that counts, [m^3]."""
+        return float(self.J[3, 3])
+
+    def with_sizes(self, sizes: Array) -> "LoadedShape":
+        """Returns the solid stretched along Ex, Ey, Ez to other visible lengths."""
+        factors = sizes / self.sizes
+        radius_and_length = 2
+        stretch = factors[[0, 0, 1]] if len(factors) == radius_and_length else factors
+        X = np.diag([*stretch, 1.0])
+        return LoadedShape(self.outside.with_sizes(sizes), np.prod(stretch) * X @ self.J @ X)
+
+    def unit_pseudo_inertia(self) -> Array:
+        """Returns the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        return self.J.copy()
+
+    def find_support(self, direction_E: Array) -> Array:
+        """Finds the point of the visible shape that is farthest along a direction, shape (3,), [m]."""
+        return self.outside.find_support(direction_E)
+
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """Computes the radius of the visible shape's curvature, [m]."""
+        return self.outside.compute_curvature_radius(direction_E)
 
 
 def build_inertia_map(

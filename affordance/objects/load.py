@@ -1,6 +1,7 @@
 """Loads tools and their solid parts (ellipsoids, boxes, cylinders, capsules, meshes) from YAML files."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -24,10 +25,13 @@ from affordance.objects.colour import (
 from affordance.objects.inertia import Ellipsoid, Primitive
 from affordance.objects.materials import Material, check_materials, load_materials
 from affordance.objects.mesh_bodies import UNITS, Body, count_shells, load_bodies, merge
+from affordance.objects.overlap import count_once
 from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
 from affordance.objects.tool import WEIGHING_SD, Component, Grip, Tool, Weighing
 from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEntry, build_pose
+
+_LOG = logging.getLogger(__name__)
 
 # Value that selects the colour in the mesh file.
 _OF_FILE = "file"
@@ -242,6 +246,7 @@ def _build_tools(
     """Builds the chosen tools of a file; a repeated name raises a BadValueError."""
     tools: dict[str, Tool] = {}
     names: set[str] = set()
+    num_parts = 0
     for index, entry in enumerate(entries):
         place = f"tools[{index}]"
         if entry.name in names:
@@ -260,12 +265,17 @@ def _build_tools(
             components += read
         for name, face in (entry.strikes or {}).items():
             components = _add_strike(components, name, face, path, f"{place}.strikes.{name}")
+        num_parts += len(components)
+        if num_parts > _MOST_PARTS:
+            raise BadValueError(path, "tools", f"have {num_parts} parts in all, must have at most {_MOST_PARTS}")
+        counted = count_once(components)
+        if counted.shared:
+            _LOG.warning("%s: %s: %s", path, entry.name, counted.describe())
         grips = tuple(Grip(name, grip.build_pose()) for name, grip in (entry.grips or {}).items())
         try:
-            tools[entry.name] = Tool(entry.name, components, grips, weighings=weighings)
+            tools[entry.name] = Tool(entry.name, counted.parts, grips, weighings=counted.renumber(weighings))
         except BadArgumentError as error:
             raise BadValueError(path, f"{place}.{error.source}", error.problem) from error
-        _check_parts(path, tools.values())
     return tuple(tools.values())
 
 
@@ -278,12 +288,6 @@ def _list_weighing(
             raise BadValueError(path, f"{key}.mass_sd", "is the standard deviation of a mass, which is missing")
         return ()
     return (Weighing(parts, entry.mass, entry.mass_sd or WEIGHING_SD * entry.mass),)
-
-
-def _check_parts(path: Path, tools: Iterable[Tool]) -> None:
-    """Raises a BadValueError if the tools have too many parts for a joint belief about their densities."""
-    if (count := sum(len(tool.components) for tool in tools)) > _MOST_PARTS:
-        raise BadValueError(path, "tools", f"have {count} parts in all, must have at most {_MOST_PARTS}")
 
 
 def _add_strike(

@@ -1,13 +1,11 @@
 """Loads the bodies of a mesh file in metres, each with its colour in the file."""
 
 import functools
-import itertools
 import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import manifold3d
 import numpy as np
 
 from affordance.arrays import Array
@@ -15,6 +13,7 @@ from affordance.exceptions import BadValueError
 from affordance.files.mesh_reader import Triangles, read_triangles
 from affordance.objects.array_solids import TriangleMesh
 from affordance.objects.colour import Colour
+from affordance.objects.overlap import is_sound, unite
 from affordance.objects.shells import MeshError, Shell, find_shells
 
 _LOG = logging.getLogger(__name__)
@@ -25,11 +24,6 @@ UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 LENGTH_MIN, LENGTH_MAX = 1e-3, 1.0
 # Length above which a tool is plausible, not merely possible, [m].
 _PLAUSIBLE = 0.02
-# Fraction of volume counted twice above which a warning is given: assemblies with overlapping threads, splines and
-# press fits have up to 1.1 %.
-_LARGE_OVERLAP = 0.02
-# Metres to millimetres, the unit that manifold3d's tolerances are suited to.
-_SCALE = 1e3
 
 
 class Body(NamedTuple):
@@ -75,41 +69,23 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> tuple[Body, ...]:
         raise BadValueError(path, "", str(error)) from error
     for repair in found.repairs:
         _LOG.warning("%s: %s", path, repair)
-    overlap = compute_overlap([shell.solid for shell in found.shells])
-    if not overlap <= _LARGE_OVERLAP:
-        much = "surfaces run through themselves" if np.isnan(overlap) else f"{100 * overlap:.1f} % of the volume"
-        _LOG.warning("%s: %s is shared by two bodies, and is counted twice", path, much)
+    if not all(is_sound(shell.solid) for shell in found.shells):
+        _LOG.warning("%s: surfaces run through themselves: volume that bodies share is counted twice", path)
     return tuple(
         Body(*shell.solid.centre(), shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
         for shell in found.shells
     )
 
 
-def compute_overlap(solids: Sequence[TriangleMesh]) -> float:
-    """Computes the volume shared by pairs of solids as a fraction of their total volume.
-
-    All solids are in the same frame. NaN means that a surface intersects itself.
-    """
-    meshes = [manifold3d.Mesh64(_SCALE * solid.vertices, solid.faces.astype(np.uint64)) for solid in solids]
-    bodies = [manifold3d.Manifold(mesh) for mesh in meshes]
-    if any(body.status() != manifold3d.Error.NoError for body in bodies):
-        return float("nan")
-    shared = 0.0
-    for one, other in itertools.combinations(bodies, 2):
-        (low, high), (other_low, other_high) = (np.reshape(body.bounding_box(), (2, 3)) for body in (one, other))
-        if (np.maximum(low, other_low) < np.minimum(high, other_high)).all():
-            shared += (one ^ other).volume()
-    return float(shared / sum(body.volume() for body in bodies))
-
-
 def merge(bodies: Sequence[Body]) -> Body:
-    """Merges all bodies of a mesh into one."""
-    vertices, faces, count = [], [], 0
-    for body in bodies:
-        vertices.append(body.solid.vertices + body.p_FEo)
-        faces.append(body.solid.faces + count)
-        count += len(body.solid.vertices)
-    solid, p_FEo = TriangleMesh(np.concatenate(vertices), np.concatenate(faces)).centre()
+    """Merges all bodies of a mesh into one; what they share is counted once."""
+    solids = [TriangleMesh(body.solid.vertices + body.p_FEo, body.solid.faces) for body in bodies]
+    united = unite(solids) if all(map(is_sound, solids)) else None
+    if united is None:
+        starts = np.cumsum([0, *(len(solid.vertices) for solid in solids[:-1])])
+        faces = [solid.faces + start for solid, start in zip(solids, starts, strict=True)]
+        united = TriangleMesh(np.concatenate([solid.vertices for solid in solids]), np.concatenate(faces))
+    solid, p_FEo = united.centre()
     colours = {body.colour for body in bodies}
     return Body(solid, p_FEo, 0, (), colours.pop() if len(colours) == 1 else None)
 

@@ -153,8 +153,8 @@ def draw_object(axes: Axes, drawing: Drawing) -> None:
     tool = drawing.tool
     for part in tool.components:
         colour = (part.material if drawing.as_made else part.looks_like).colour
-        if isinstance(part.shape, TriangleMesh):
-            _draw_mesh(axes, part.shape, part.X_TE, colour)
+        if isinstance(shape := part.shape.visible, TriangleMesh):
+            _draw_mesh(axes, shape, part.X_TE, colour)
         else:
             outline = _outline_ellipsoid(part) if isinstance(part.shape, Ellipsoid) else _outline_solid(part)
             outline.set(facecolor=colour, edgecolor="#000000", linewidth=_LINE)

@@ -24,7 +24,7 @@ tools:
   - name: hammer
     components:
       - {semi_axes: [1e-1, 1.0e-2, 1E-2], position: [0.1, 0, 0], material: oak}
-      - {semi_axes: [0.02, 0.05, 0.02], position: [0.2, 0, 0], rpy_deg: [0, 0, 90], material: oak, looks_like: brass}
+      - {semi_axes: [0.02, 0.05, 0.02], position: [0.25, 0, 0], rpy_deg: [0, 0, 90], material: oak, looks_like: brass}
 """
 HAMMER = (make_box([0, -10, -10], [200, 10, 10]), make_box([200, -50, -20], [240, 50, 20]))  # mm
 
@@ -94,7 +94,7 @@ def test_mass_and_centres_follow_from_the_parts(files):
     tool = files()
     volumes = np.array([4 / 3 * np.pi * np.prod(part.shape.semi_axes) for part in tool.components])
     assert tool.mass == pytest.approx(563 * volumes.sum(), rel=1e-14)
-    np.testing.assert_allclose(tool.p_TTcentre, [(volumes @ [0.1, 0.2]) / volumes.sum(), 0, 0], atol=1e-16)
+    np.testing.assert_allclose(tool.p_TTcentre, [(volumes @ [0.1, 0.25]) / volumes.sum(), 0, 0], atol=1e-16)
     np.testing.assert_allclose(tool.p_TTcm, tool.p_TTcentre, atol=1e-16)
 
 
@@ -159,13 +159,15 @@ def test_material_of_a_cavity_is_that_around_it(read, tmp_path):
         read("mesh: hollow.obj, unit: mm, materials: [oak, brass]")
 
 
-def test_overlapping_bodies_are_counted_twice_with_a_warning(read, tmp_path, caplog):
+def test_volume_that_bodies_of_a_mesh_share_is_counted_once(read, tmp_path, caplog):
     boxes = make_box([0, 0, 0], [100, 100, 100]), make_box([50, 0, 0], [150, 100, 100])
     write_obj(tmp_path / "overlap.obj", *join(*boxes))
     with caplog.at_level(logging.WARNING):
         tool = read("mesh: overlap.obj, unit: mm, materials: [oak, oak]")
-    assert tool.mass == pytest.approx(2 * 0.563)
-    assert "25.0 % of the volume is shared by two bodies" in caplog.text
+    assert tool.mass == pytest.approx(1.5 * 0.563)
+    assert "hammer: its parts share 25.0 % of their volume, which is counted once" in caplog.text
+    merged = read("mesh: overlap.obj, unit: mm, material: oak")
+    np.testing.assert_allclose(merged.parameters, tool.parameters, rtol=1e-9, atol=1e-15)
 
 
 def test_striking_face_belongs_to_the_part_it_lies_on(read):
@@ -207,7 +209,7 @@ HUNDREDS_OF_DIGITS = "1" + 400 * "0"
         (SIZES, f"[{HUNDREDS_OF_DIGITS}, 0.01, 0.01]", f"semi_axes[0]: is 1{56 * '0'}..., must be from 0.0001 to 1"),
         (SIZES, "[0.1, wide, 0.01]", "semi_axes[1]: is 'wide', must be a number"),
         (SIZES, "[0.1, true, 0.01]", "semi_axes[1]: is True, must be a number"),
-        ("position: [0.2, 0, 0]", "position: [200, 0, 0]", "position[0]: is 200, must be from -1 to 1"),
+        ("position: [0.25, 0, 0]", "position: [200, 0, 0]", "position[0]: is 200, must be from -1 to 1"),
         ("[0, 0, 90]", "[0, 0, 900]", "rpy_deg[2]: is 900, must be from -360 to 360"),
         (PART, "material: oak, material: oak}", "is not YAML: the key 'material' twice"),
         (PART, "material: gold}", "material: is 'gold', must be one of brass, oak"),
