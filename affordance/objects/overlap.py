@@ -62,8 +62,8 @@ def count_once(parts: Sequence[Component]) -> Counted:
     """Counts the volume that parts of a tool share once: it belongs to the part that is listed first.
 
     A part within a larger one, such as a core, keeps its volume even if it is listed later. Any other part that lies
-    wholly within earlier ones is left out. Visible shapes stay. Nothing changes if the shared fraction is small. Parts
-    whose surface runs through itself are not compared.
+    wholly within earlier ones is left out. Visible shapes stay. Nothing changes if the shared fraction is small.
+    Parts whose surface runs through itself are not compared.
     """
     unchanged = Counted(tuple(parts), tuple(range(len(parts))), 0.0)
     boxes = [find_box([part]) for part in parts]
