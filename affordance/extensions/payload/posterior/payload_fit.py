@@ -22,6 +22,8 @@ _NUM_VARIANTS = 8
 _MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
 # Tolerances of a relative change of a variance, and of a change of the body in squared standard deviations.
 _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
+# Least gain of the log probability for which the second of two starts is used; results of one optimum differ by less.
+_CLEARLY = 1.0
 
 
 class PayloadFit(NamedTuple):
@@ -58,6 +60,10 @@ def fit_payload(
 ) -> PayloadFit:
     """Fits the most probable body, the noise variances, and the load signs that this body causes.
 
+    The fit may stop at a false optimum where a channel's variance is as large as its signal and the gain of another
+    is many standard deviations off. It therefore also starts from the load that the mean gains imply. The result of
+    this second start is used if it is more probable even with the variances of the first.
+
     Raises:
         BadValueError: No joint moves fast enough for a sample to be used.
     """
@@ -69,6 +75,11 @@ def fit_payload(
         )
         raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
     likelihood, mode, variance, weights = fit_statistics(statistics, errors, prior, solid)
+    exact = replace(prior, gain_covariance=np.zeros_like(prior.gain_covariance))
+    start = fit_statistics(statistics, errors, exact, solid)[1].theta
+    other = fit_statistics(statistics, errors, prior, solid, start)
+    if _measure(likelihood, other[1], solid) > _measure(likelihood, mode, solid) + _CLEARLY:
+        likelihood, mode, variance, weights = other
     for _ in range(_MAX_SIGN_PASSES):
         signs, evidence = evidence.samples.load_sign, evidence.with_load(mode.load)
         if np.array_equal(signs, evidence.samples.load_sign):
@@ -79,6 +90,14 @@ def fit_payload(
         if np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE:
             break
     return PayloadFit(evidence, statistics, likelihood, mode, variance, weights)
+
+
+def _measure(likelihood: PayloadLikelihood, mode: Mode, solid: SolidPrior) -> float:
+    """Computes the log probability of a body and its phantom payload, up to a constant."""
+    phantom = mode.load - mode.pi
+    of_phantom = phantom @ np.linalg.pinv(likelihood.prior.phantom_covariance) @ phantom
+    of_body = solid.compute_log_density(mode.theta[None])[0]
+    return float(likelihood.compute_log_likelihood(mode.load[None])[0] + of_body - 0.5 * of_phantom)
 
 
 def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[PayloadLikelihood]:
