@@ -6,6 +6,7 @@ import shlex
 import textwrap
 
 import pytest
+import yaml
 from helpers.answers import answer
 from helpers.children import ROOT
 from helpers.refusals import refuse_command
@@ -22,6 +23,21 @@ def run_example(text, capsys):
     (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     exec(block, {})
     return capsys.readouterr().out
+
+
+def test_yaml_of_each_page_parses():
+    pages = [*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")]
+    blocks = [
+        (page, block)
+        for page in sorted(pages)
+        for block in re.findall(r"```ya?ml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    ]
+    assert len(blocks) > 5
+    for page, block in blocks:
+        try:
+            yaml.safe_load(block)
+        except yaml.YAMLError as error:
+            pytest.fail(f"{page.relative_to(ROOT)}: {error}")
 
 
 @pytest.mark.parametrize(
