@@ -137,7 +137,7 @@ def test_numbers_where_nothing_was_detected_are_none(monkeypatch):
     numbers = vision.measure(data.assign(seconds=("object", [0.1, 0.1])), 2)
     for key in ("mass_error_median", "mass_bias_median", "mass_interval90_coverage", "colour_error_median"):
         assert numbers[key] is None
-    assert [claim.key for claim in vision.judge(numbers) if claim.met] == ["time"]
+    assert not any(claim.met for claim in vision.judge(numbers))
 
 
 def test_random_objects_are_as_is_said():
