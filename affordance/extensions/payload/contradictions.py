@@ -29,6 +29,7 @@ _EXPLAINED, _LACKS = 0.8, 0.2
 # Least spread of a joint's own-weight torque for the joint to be judged, relative to the largest spread.
 _JUDGED = 0.2
 _LAGS = np.linspace(-0.15, 0.15, 31)  # candidate delays of the signals, [s]
+_WRENCH_LAGS = np.linspace(-2.0, 2.0, 81)  # the same for a wrist sensor, whose filter may be slow, [s]
 _LEAST_LAG, _LAGS_AGREE = 0.02, 0.03  # least delay, and largest difference between joints, [s]
 # Number of standard errors beyond which the sign of a gain is certain, and correlation time of the errors, [s].
 _SURE, _AGREEMENT = 4.0, 1.0
@@ -46,7 +47,7 @@ def find_contradictions(robot: SerialChain, run: Run, settings: IdentificationSe
     """
     robot = robot.with_gravity(run.description.gravity)
     if run.description.kind is SignalKind.WRENCH:
-        return _compare_wrench(robot, run)
+        return (*_compare_wrench(robot, run), *_find_wrench_lag(robot, run, settings))
     prepared = prepare(run, settings)
     every = max(1, len(prepared.times) // _MOST)
     thin = prepared.select(slice(None, None, every))
@@ -188,6 +189,9 @@ def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
     columns = np.stack(
         [compute_force_regressors(robot.with_gravity(length * axis), q)[:, :3, 0] for axis in np.eye(3)], axis=2
     )  # (N, 3, 3): force of one kilogram with gravity along each axis
+    moments = run.signal[::every, 3:]
+    if _are_in_base(columns / length, compute_force_regressors(robot, q)[:, 3:, 1:4], moments):
+        return ("the moments do not turn with the sensor: the wrench seems to be given along the base's axes",)
     varied = columns - columns.mean(axis=0)
     forces = forces - forces.mean(axis=0)
     flat, b = varied.reshape(-1, 3), forces.ravel()
@@ -208,6 +212,47 @@ def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
         direction = nearest if nearest @ direction > np.cos(_TURNED) else direction
         return (f"gravity seems to be along {describe_direction(direction)} of the base",)
     return _compare_frame(varied @ described, forces, whole)
+
+
+def _are_in_base(rotations: Array, regressors: Array, moments: Array) -> bool:
+    """Returns whether moments follow the load's first moment in the base's axes, not in the sensor's.
+
+    Args:
+        rotations: Rotations from the base to the sensor, up to a common sign, shape (N, 3, 3).
+        regressors: Moments at rest per first moment, along the sensor's axes, shape (N, 3, 3).
+        moments: Recorded moments, shape (N, 3), [N m].
+    """
+    in_base = rotations.transpose(0, 2, 1) @ regressors
+    left, of_base = (_leave(each, moments) for each in (regressors, in_base))
+    return of_base < min(1.0 - _EXPLAINED, left / _BETTER)
+
+
+def _leave(regressors: Array, signal: Array) -> float:
+    """Computes the share of a signal's variation, shape (N, 3), that regressors, shape (N, 3, k), leave."""
+    A, b = ((each - each.mean(axis=0)).reshape(signal.size, -1) for each in (regressors, signal))
+    solution = np.linalg.lstsq(A, b)[0]
+    return float(np.sum((b - A @ solution) ** 2)) / max(float(np.sum(b**2)), 1e-30)
+
+
+def _find_wrench_lag(robot: SerialChain, run: Run, settings: IdentificationSettings) -> tuple[str, ...]:
+    """Finds forces of a wrist sensor that follow the joint angles much better at another time."""
+    if run.description.postures:
+        return ()
+    prepared = prepare(run, settings)
+    thin = prepared.select(slice(None, None, max(1, len(prepared.times) // _MOST)))
+    inside = (thin.times >= thin.times[0] - _WRENCH_LAGS[0]) & (thin.times <= thin.times[-1] - _WRENCH_LAGS[-1])
+    if inside.sum() < _FEWEST:
+        return ()
+    thin = thin.select(np.flatnonzero(inside))
+    regressors = robot.compute_wrench_regressors(*thin.motion)[:, 3:, :4]
+    forces = prepared.signal[:, :3]
+    left = [_leave(regressors, resample(thin.times + lag, prepared.times, forces)) for lag in _WRENCH_LAGS]
+    best, unshifted = int(np.argmin(left)), left[len(left) // 2]
+    is_inside = 0 < best < len(left) - 1
+    if not is_inside or left[best] > min(1.0 - _EXPLAINED, unshifted / _BETTER):
+        return ()
+    lag = _WRENCH_LAGS[best]
+    return (f"the forces are about {abs(lag):.2g} s {'late' if lag > 0.0 else 'early'} relative to the joint angles",)
 
 
 def _compare_frame(expected: Array, forces: Array, whole: float) -> tuple[str, ...]:

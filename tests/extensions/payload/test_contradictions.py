@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.generated_runs import PAYLOAD, Truth, generate_run, generate_slow_wrench
 from helpers.held_postures import draw_postures, generate_torques, generate_wrench
 from scipy.spatial.transform import Rotation
 
 from affordance.extensions.payload.contradictions import describe_direction, find_contradictions
+from affordance.extensions.payload.evidence.wrist_sensor import compute_force_regressors
 from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.recording.run import Run, RunDescription, resample
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
@@ -112,3 +113,17 @@ def test_contradictions_are_doubts(robot):
 )
 def test_directions_are_named(direction, name):
     assert describe_direction(np.array(direction)) == name
+
+
+def test_forces_a_second_late_and_a_wrench_along_the_axes_of_the_base_are_named(robot, rng):
+    runs = [generate_slow_wrench(robot, PAYLOAD, rng, late) for late in (0.0, 1.0)]
+    assert find_contradictions(robot, runs[0], DEFAULT_SETTINGS) == ()
+    (sentence,) = find_contradictions(robot, runs[1], DEFAULT_SETTINGS)
+    (late,) = re.findall(r"the forces are about (\S+) s late", sentence)
+    assert float(late) == pytest.approx(1.0, abs=0.1)
+    run = generate_run(robot, PAYLOAD, truth=Truth(), rng=rng, kind=SignalKind.WRENCH, speed=0.2)
+    assert find_contradictions(robot, run, DEFAULT_SETTINGS) == ()
+    of_axes = [compute_force_regressors(robot.with_gravity(axis), run.q)[:, :3, 0] for axis in np.eye(3)]
+    in_base = np.einsum("nib,nci->ncb", np.stack(of_axes, axis=2), run.signal.reshape(-1, 2, 3)).reshape(-1, 6)
+    (sentence,) = find_contradictions(robot, replace(run, signal=in_base), DEFAULT_SETTINGS)
+    assert "along the base's axes" in sentence
