@@ -14,13 +14,13 @@ from pydrake.common import MemoryFile
 
 from affordance.arrays import Array
 from affordance.objects.array_solids import TriangleMesh
-from affordance.objects.inertia import Ellipsoid, Shape
+from affordance.objects.inertia import Ellipsoid, Shape, find_visible
 from affordance.objects.primitives import Box, Capsule, Cylinder
 
 
 def make_drawn_shape(shape: Shape) -> Any:
     """Builds the Drake shape that draws a solid, in its frame E; unknown solids raise a NotImplementedError."""
-    shape = shape.visible
+    shape = find_visible(shape)
     match shape:
         case Ellipsoid():
             return geometry.Ellipsoid(*shape.semi_axes)

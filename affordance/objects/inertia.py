@@ -35,11 +35,6 @@ class Shape(Protocol):
         return hash((type(self), self.sizes.tobytes()))
 
     @property
-    def visible(self) -> "Shape":
-        """Shape that is seen, which is the solid itself in most cases."""
-        return self
-
-    @property
     def sizes(self) -> Array:
         """Visible lengths, shape (num_sizes,), [m]."""
 
@@ -155,11 +150,6 @@ class LoadedShape(Shape):
         return hash((self.outside, self.J.tobytes()))
 
     @property
-    def visible(self) -> Shape:
-        """Visible shape."""
-        return self.outside
-
-    @property
     def sizes(self) -> Array:
         """Visible lengths, shape (num_sizes,), [m]."""
         return self.outside.sizes
@@ -188,6 +178,11 @@ class LoadedShape(Shape):
     def compute_curvature_radius(self, direction_E: Array) -> float:
         """Computes the radius of the visible shape's curvature, [m]."""
         return self.outside.compute_curvature_radius(direction_E)
+
+
+def find_visible(shape: Shape) -> Shape:
+    """Returns the shape that is seen, which is the solid itself in most cases."""
+    return shape.outside if isinstance(shape, LoadedShape) else shape
 
 
 def build_inertia_map(

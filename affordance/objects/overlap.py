@@ -12,7 +12,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.objects.array_solids import Faces, TriangleMesh, integrate_faces
-from affordance.objects.inertia import LoadedShape
+from affordance.objects.inertia import LoadedShape, find_visible
 from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.tool import Component, Weighing, find_box
 
@@ -106,7 +106,7 @@ def _measure_common(one: tuple[Array, Array], other: tuple[Array, Array]) -> flo
 
 def _build_manifold(part: Component) -> manifold3d.Manifold:
     """Builds a part in the tool's frame, in millimetres."""
-    shape = part.shape.visible
+    shape = find_visible(part.shape)
     match shape:
         case TriangleMesh():
             body = _build_mesh(shape)

@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull
 from affordance.arrays import Array
 from affordance.objects.array_solids import TriangleMesh
 from affordance.objects.colour import Colour
-from affordance.objects.inertia import Ellipsoid
+from affordance.objects.inertia import Ellipsoid, find_visible
 from affordance.objects.tool import Component, Tool
 from affordance.reporting.figures import count_columns
 from affordance.reporting.formatting import fold, label
@@ -153,7 +153,7 @@ def draw_object(axes: Axes, drawing: Drawing) -> None:
     tool = drawing.tool
     for part in tool.components:
         colour = (part.material if drawing.as_made else part.looks_like).colour
-        if isinstance(shape := part.shape.visible, TriangleMesh):
+        if isinstance(shape := find_visible(part.shape), TriangleMesh):
             _draw_mesh(axes, shape, part.X_TE, colour)
         else:
             outline = _outline_ellipsoid(part) if isinstance(part.shape, Ellipsoid) else _outline_solid(part)

@@ -182,7 +182,7 @@ TOOLS = """tools:
     mass_sd: 0.02
     components:
       - {cylinder: [0.02, 0.3], material: oak, mass: 0.28}
-      - {semi_axes: [0.03, 0.03, 0.03], position: [0, 0, 0.15], material: steel}
+      - {semi_axes: [0.03, 0.03, 0.03], position: [0, 0, 0.18], material: steel}
 """
 
 
