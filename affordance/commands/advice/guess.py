@@ -8,13 +8,13 @@ from affordance.commands.advice.workbench import (
     add_knowledge,
     break_lines,
     know_materials,
+    read_tools,
     tell_sources,
 )
 from affordance.commands.terminal import find_width
 from affordance.extensions.advice.advice_text import describe_knowledge, describe_surprise
 from affordance.extensions.advice.expected_inertia import build_expectations, describe_expectations, expect
 from affordance.extensions.memory.ledger import describe_past_arms
-from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.settings import Settings
 
@@ -22,7 +22,7 @@ from affordance.settings import Settings
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("tools", type=Path, help="tools file; it needs no grips")
+    add("tools", type=Path, help="tools file, which needs no grips, or an object's URDF")
     add_knowledge(parser)
     options.add_answer(parser, "guess.json and .txt")
     options.add_robot(parser)
@@ -34,12 +34,17 @@ def run(arguments: argparse.Namespace) -> int:
     robot = options.open_robot(arguments)
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    tools = load_tools(arguments.tools, materials)
+    tools, remarks = read_tools(arguments.tools, materials)
     named = know_materials(arguments, settings, tools, materials)
     expected = [expect(tool, named.memory, settings) for tool in tools]
-    content = {**tell_sources(arguments, robot, named), "expected": build_expectations(expected)}
+    content = {
+        **tell_sources(arguments, robot, named),
+        "remarks": list(remarks),
+        "expected": build_expectations(expected),
+    }
     width = find_width()
     lines = [describe_past_arms(robot.name, content["trials_of_other_arms"])]
+    lines += [f"warning: {each}" for each in remarks]
     lines += [describe_surprise(surprise) for each in expected for surprise in each.surprises]
     lines += describe_expectations(content["expected"], width, by_part=True)
     lines.append(f"materials: {describe_knowledge(content)}")

@@ -114,16 +114,11 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     """Loads tools, tasks and memory that the options name; ``names`` are tasks of the robot, ``stock`` is a file."""
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    remarks: tuple[str, ...] = ()
-    from affordance.extensions.robots.object_file import SUFFIX, read_object  # imported here, as few files need it
-
-    if arguments.tools.suffix.lower() == SUFFIX:
-        tool, remarks = read_object(arguments.tools, materials)
-        known: tuple[Tool, ...] = (tool,)
-    else:
-        known = load_tools(arguments.tools, materials)
+    known, remarks = read_tools(arguments.tools, materials)
+    if arguments.see == "pictures" and arguments.tools.suffix.lower() == ".urdf":
+        remarks += (f"{arguments.tools.name}: centre of mass and moments follow from what the pictures show",)
     tools = options.choose_tools(known, arguments.only, arguments.tools)
-    others = [] if stock is None else list(load_tools(stock, materials))
+    others = [] if stock is None else list(read_tools(stock, materials)[0])
     named = know_materials(arguments, settings, [*tools, *others], materials)
     tasks = read_tasks(names, arguments.files, robot)
     lacks = read_lacks(robot.folder)
@@ -133,6 +128,16 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
             remarks += (f"the import found {name} infeasible for this arm: {why}",)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
     return Bench(settings, materials, tools, others, named, tasks, criterion, remarks)
+
+
+def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Tool, ...], tuple[str, ...]]:
+    """Loads the tools of a tools file, or an object's own URDF; returns them with remarks about the file."""
+    from affordance.extensions.robots.object_file import SUFFIX, read_object  # imported here, as few files need it
+
+    if path.suffix.lower() == SUFFIX:
+        tool, remarks = read_object(path, materials)
+        return (tool,), remarks
+    return load_tools(path, materials), ()
 
 
 def know_materials(

@@ -1,11 +1,13 @@
 """Reads a tool from a simulator's URDF of an object: shapes, grips, and the mass as if weighed.
 
 A link that is fixed to another and has neither shape nor mass is a grip. A shape's material is found by its name in
-the file; a material that the program does not know is identified by its colour. Moments of inertia follow from shapes
-and densities. The file's moments are only compared with them; a remark names moments that are obviously wrong.
+the file; a material that the program does not know is identified by its colour. A link's mass is distributed as its
+centre of mass and moments say, with the errors of a drawing. If these cannot be right for its shape, the mass is
+distributed evenly over the shape, and a remark says so.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,11 +18,19 @@ from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.extensions.robots.description import Description, Visual, build_pose
 from affordance.extensions.robots.reader import read_robot
 from affordance.objects.colour import Colour, show_colour
-from affordance.objects.inertia import Ellipsoid, build_inertia_map
+from affordance.objects.inertia import (
+    Ellipsoid,
+    LoadedShape,
+    build_inertia_map,
+    find_visible,
+    parameters_from_pseudo_inertia,
+    pseudo_inertia_from_parameters,
+)
 from affordance.objects.materials import Material
 from affordance.objects.mesh_bodies import UNITS, load_bodies
+from affordance.objects.overlap import count_once
 from affordance.objects.primitives import Box, Cylinder
-from affordance.objects.tool import WEIGHING_SD, Component, Grip, Tool, Weighing
+from affordance.objects.tool import WEIGHING_SD, Component, Grip, Tool, Weighing, find_box
 
 SUFFIX = ".urdf"
 # Name of the grip at the origin of an object that has no other grip.
@@ -28,6 +38,9 @@ _ORIGIN = "origin"
 # Moments that differ from those of shape and mass by this factor are placeholders: hollow and solid bodies of the
 # same shape differ by less than a factor of two.
 _OFF = 3.0
+# A centre of mass may lie outside a shape by this rounding error, and agrees with the shape's within it, [m]; moments
+# agree within the relative error.
+_EDGE, _SAME = 1e-3, 0.02
 # Colour of a shape if the file gives none: viewers' medium grey.
 _GREY = (0.7, 0.7, 0.7)
 # Density of shapes without a mass, used if a true density is needed: that of water, [kg/m^3].
@@ -49,28 +62,43 @@ def read_object(path: Path, materials: Mapping[str, Material]) -> ReadObject:
     description = read_robot(path)
     poses = _compute_poses(description)
     components: list[Component] = []
+    links: list[str] = []  # links that have a mass
     weighings: list[Weighing] = []
-    remarks: list[str] = []
     grips = []
     for link, X_TL in poses.items():
-        inertial, shapes = description.inertials.get(link), description.visuals[link]
-        parts = [part for shape in shapes for part in _build_parts(path, link, shape, X_TL, materials)]
-        mass = 0.0 if inertial is None else inertial.mass
+        parts = [
+            part for shape in description.visuals[link] for part in _build_parts(path, link, shape, X_TL, materials)
+        ]
+        mass = description.inertials[link].mass if link in description.inertials else 0.0
         if not parts and not mass:
             grips.append(Grip(link, X_TL))
         if mass and not parts:
             raise BadValueError(path, f"link {link}", f"has {mass:g} kg and no supported shape, must have a visual")
         if mass:
+            links.append(link)
             places = tuple(range(len(components), len(components) + len(parts)))
             weighings.append(Weighing(places, mass, WEIGHING_SD * mass))
-            remarks += _compare_moments(description, link, parts, X_TL)
         components += parts
+    remarks = [*description.remarks]
+    counted = count_once(components)
+    if counted.shared:
+        remarks.append(counted.describe())
+    loaded = list(counted.parts)
+    for link, weighing in zip(links, weighings, strict=True):
+        left = counted.renumber([weighing])
+        if not left:
+            raise BadValueError(path, f"link {link}", "lies within other links, must have a shape of its own")
+        places = left[0].parts
+        own, remark = _distribute(description, link, [loaded[k] for k in places], poses[link])
+        for k, part in zip(places, own, strict=True):
+            loaded[k] = part
+        remarks += [remark] if remark else []
     named = [grip for grip in grips if grip.name != next(iter(poses))] or [Grip(_ORIGIN, np.eye(4))]
     try:
-        tool = Tool(path.stem, tuple(components), tuple(named), weighings=tuple(weighings))
+        tool = Tool(path.stem, tuple(loaded), tuple(named), weighings=counted.renumber(weighings))
     except BadArgumentError as error:
         raise BadValueError(path, "", f"{error.source} {error.problem}") from error
-    return ReadObject(tool, tuple(f"{path.name}: {each}" for each in (*description.remarks, *remarks)))
+    return ReadObject(tool, tuple(f"{path.name}: {each}" for each in remarks))
 
 
 def _compute_poses(description: Description) -> dict[str, Array]:
@@ -133,22 +161,50 @@ def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material
     return Material(show_colour(colour), colour, _WATER, source="the colour of the part")
 
 
-def _compare_moments(description: Description, link: str, parts: list[Component], X_TL: Array) -> list[str]:
-    """Lists remarks on moments of inertia that do not fit the shapes and mass of a body."""
+def _distribute(
+    description: Description, link: str, parts: list[Component], X_TL: Array
+) -> tuple[list[Component], str]:
+    """Distributes the mass of a link's parts as the file says, if that is possible for their shape.
+
+    Returns: The parts, and a remark; empty if the file agrees with the shape.
+    """
     fault = description.mended.get(link, ("",))[0]
     if fault:
-        return [f"link {link} {fault}: moments computed from its shape are used"]
+        return parts, f"link {link} {fault}: centre of mass and moments of its shape are used"
+    pi_T = build_inertia_map([part.shape for part in parts], [part.X_TE for part in parts], [0] * len(parts), 1)[:, 0]
+    shaped = pseudo_inertia_from_parameters(pi_T / pi_T[0])
     inertial = description.inertials[link]
-    Phi = build_inertia_map([part.shape for part in parts], [part.X_TE for part in parts], [0] * len(parts), 1)[:, 0]
-    pi = inertial.mass * Phi / Phi[0]
-    p = pi[1:4] / inertial.mass
-    about = pi[4:7] - inertial.mass * (p @ p - p**2)
-    written = np.linalg.eigvalsh(build_symmetric(inertial.moments))
-    products = pi[7:] - -inertial.mass * p[[0, 0, 1]] * p[[1, 2, 2]]
-    shaped = np.linalg.eigvalsh(build_symmetric((*about, *products)))
-    if (written > _OFF * shaped).any() or (shaped > _OFF * written).any():
-        was, now = (" ".join(f"{each:.2g}" for each in values) for values in (written, shaped))
-        return [
-            f"link {link} has principal moments of {was} kg m^2, and its shape and mass {now}: the latter are used"
-        ]
-    return []
+    X_TI = X_TL @ build_pose(inertial.place, inertial.rpy)
+    Ixx, Iyy, Izz, Ixy, Ixz, Iyz = np.array(inertial.moments) / inertial.mass
+    pi_I = np.array([1.0, 0.0, 0.0, 0.0, Ixx, Iyy, Izz, Ixy, Ixz, Iyz])
+    written = X_TI @ pseudo_inertia_from_parameters(pi_I) @ X_TI.T
+    was, now = (inertial.mass * _compute_moments(J) for J in (written, shaped))
+    if (was > _OFF * now).any() or (now > _OFF * was).any():
+        moments = [" ".join(f"{each:.2g}" for each in values) for values in (was, now)]
+        said = f"has principal moments of {moments[0]} kg m^2, and its shape and mass {moments[1]}"
+        return parts, f"link {link} {said}: centre of mass and moments of its shape are used"
+    low, high = find_box(parts)
+    p = written[:3, 3]
+    away = f"{1e3 * np.linalg.norm(p - shaped[:3, 3]):.3g} mm from that of its shape"
+    if (p < low - _EDGE).any() or (p > high + _EDGE).any():
+        said = f"has its centre of mass outside its shape, {away}"
+        return parts, f"link {link} {said}: centre of mass and moments of its shape are used"
+    loaded = []
+    for part in parts:
+        X_ET = np.linalg.inv(part.X_TE)
+        J = part.shape.volume * X_ET @ written @ X_ET.T
+        loaded.append(replace(part, shape=LoadedShape(find_visible(part.shape), J)))
+    is_same = np.linalg.norm(p - shaped[:3, 3]) <= _EDGE and np.allclose(was, now, rtol=_SAME)
+    return (
+        loaded,
+        "" if is_same else f"link {link} has its centre of mass {away}: the file's centre and moments are used",
+    )
+
+
+def _compute_moments(J: Array) -> Array:
+    """Computes the principal moments about the centre of mass, per unit mass, (3,), of a pseudo-inertia of 1 kg."""
+    p = J[:3, 3]
+    pi = parameters_from_pseudo_inertia(J)
+    about = pi[4:7] - (p @ p - p**2)
+    products = pi[7:] + p[[0, 0, 1]] * p[[1, 2, 2]]
+    return np.linalg.eigvalsh(build_symmetric((*about, *products)))

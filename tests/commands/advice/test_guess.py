@@ -60,7 +60,10 @@ def test_memory_narrows_what_it_knows(memory):
         (["tool.yaml"], "tool.yaml: cannot be read"),
         ([TOOLS, "--memory", "none.sqlite"], "none.sqlite"),
         ([TOOLS, "--set", "prior.sd=-1"], "prior.sd: is -1"),
-        ([], "tools: is missing (tools file; it needs no grips); example: affordance guess tools.yaml"),
+        (
+            [],
+            "tools: is missing (tools file, which needs no grips, or an object's URDF); example: affordance guess ",
+        ),
     ],
 )
 def test_what_cannot_be_guessed_is_refused(words, said, tmp_path, monkeypatch):
