@@ -18,7 +18,7 @@ from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
 from affordance.choice.options import Option
 from affordance.control.strike import Strike
-from affordance.control.swing import ALONG, Swing, Target, find_target, has_face_in_hand, plan_swing
+from affordance.control.swing import ALONG, HAND, Swing, Target, find_target, plan_swing
 from affordance.control.task import Start, StartEntry
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import StrPath, Vector, Within, check_path, complain
@@ -116,7 +116,7 @@ class Hammer:
         """
         target = self.find_target(model, parts)
         swings, infeasible_reason = dict[float, Swing](), "the face is in the hand in this grip"
-        if not has_face_in_hand(parts):
+        if target.p_TS[0] > HAND or not any(part.strikes for part in parts):
             swings, infeasible_reason = _plan_swings(model, target, self)
         period, measure = settings.control_period, settings.cost_measure
         return BlowCost(

@@ -282,7 +282,6 @@ def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) ->
         np.array([each.samples.cost for each in usable]),
         np.array([each.samples.feasible for each in usable]),
         np.array([names.index(each.option.object_name) for each in usable]),
-        (0, 1),  # the nearest rival is the next by cost
         is_peak=ranking.criterion.is_peak,
     )
 

@@ -40,7 +40,6 @@ class Turn(NamedTuple):
 class Reasons(NamedTuple):
     """Reasons for a choice."""
 
-    rival: int  # index of the next option by cost, with which the chosen one is compared
     shares: tuple[Share, ...]  # shares of the materials, the largest first
     rest: float  # share of everything else: errors of shape, and nonlinear effects of the densities
     turns: tuple[Turn, ...]  # densities that would change the choice, the most probable first
@@ -51,29 +50,27 @@ def find_reasons(
     costs: Array,
     feasible: NDArray[np.bool_],
     objects: NDArray[np.intp],
-    pair: tuple[int, int],
     *,
     is_peak: bool,
 ) -> Reasons:
-    """Finds the reasons for choosing the first option of a pair rather than the second.
+    """Finds the reasons for choosing the first option rather than the second, its nearest rival.
 
     Args:
         draws: Samples of the belief.
         costs: Costs of all options for these samples, (options, S).
         feasible: True where an option is feasible, (options, S).
         objects: Index of each option's object among the objects of the samples, (options,).
-        pair: Indices of the two options.
         is_peak: True if costs are compared by their 95 % quantile rather than their mean.
     """
-    best, rival = pair
-    held = sorted({int(objects[best]), int(objects[rival])})
-    shares, rest = _share_variance(draws, costs[rival] - costs[best], held)
+    best = 0
+    held = sorted({int(each) for each in objects[:2]})
+    shares, rest = _share_variance(draws, costs[1] - costs[best], held)
     turns = []
     for column in np.flatnonzero(draws.used.any(axis=0)):
         with_it = objects[best] if draws.used[objects[best], column] else np.flatnonzero(draws.used[:, column])[0]
         density = draws.densities[:, with_it, column]
         turns += _find_turns(draws.colours[column], density, costs, feasible, best, is_peak)
-    return Reasons(rival, shares, rest, tuple(sorted(turns, key=lambda turn: -turn.probability)))
+    return Reasons(shares, rest, tuple(sorted(turns, key=lambda turn: -turn.probability)))
 
 
 def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tuple[tuple[Share, ...], float]:

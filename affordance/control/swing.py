@@ -46,7 +46,7 @@ _MARGIN = np.radians(1.0)
 # strike.
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
 # A face closer than half the breadth of a hand is under the hand (models/README.md), [m].
-_HAND = 0.044
+HAND = 0.044
 # Cosine above which a face points along the blow (within 60 degrees); the search for a strike stays in this range.
 ALONG = 0.5
 
@@ -147,19 +147,13 @@ class StrikeCondition:
         return is_near and bool(self._target.direction_W @ self._compute_normal() > 0.0)
 
 
-def has_face_in_hand(parts: Sequence[PosedShape]) -> bool:
-    """Returns True if a tool, posed relative to the hand, has striking faces and the hand covers them all."""
-    faces = [face.express(part.X_TE)[0] for part in parts for face in part.strikes]
-    return bool(faces) and all(p_TS[0] <= _HAND for p_TS in faces)
-
-
 def find_target(
     model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
 ) -> Target:
     """Finds the striking point of a tool and its target; leaves the model at rest in the start posture.
 
-    The striking point is the centre of the striking face furthest ahead of the hand. A tool without a striking face
-    strikes with the point of its free part that is furthest along the blow in the start posture.
+    The striking point is the centre of the striking face furthest ahead in the hand's frame. A tool without a
+    striking face strikes with the point of its free part that is furthest along the blow in the start posture.
 
     Args:
         model: Model of the arm; its state is changed.
@@ -169,14 +163,13 @@ def find_target(
         direction_W: Direction of the blow, a unit vector, (3,).
     """
     model.set_posture(q_start)
-    ahead = []
-    for part in parts:
-        for face in part.strikes:
-            p_TS, normal_T = face.express(part.X_TE)
-            if p_TS[0] > _HAND:
-                ahead.append((p_TS, normal_T, part.shape.compute_curvature_radius(face.normal_E)))
-    if ahead:
-        p_TS, normal_T, radius = max(ahead, key=lambda each: float(each[0][0]))
+    faces = [
+        (*face.express(part.X_TE), part.shape.compute_curvature_radius(face.normal_E))
+        for part in parts
+        for face in part.strikes
+    ]
+    if faces:
+        p_TS, normal_T, radius = max(faces, key=lambda each: float(each[0][0]))
         return Target(q_start, p_TS, normal_T, radius, model.compute_point_position(p_TS) + offset_W, direction_W)
     normal_T = model.compute_hand_pose().rotation().matrix().T @ direction_W
     free = max(parts, key=lambda part: float(part.X_TE[0, 3]))

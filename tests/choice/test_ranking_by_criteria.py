@@ -71,7 +71,7 @@ def test_each_criterion_orders_by_its_own_number(rankings):
         ranked = rankings[criterion].ranked
         assert [each.cost for each in ranked] == pytest.approx(sorted(number(each) for each in ranked))
         assert sum(each.p_best for each in ranked) == pytest.approx(1.0 - rankings[criterion].p_none)
-        assert explain_choice(rankings[criterion], draw(CHOICE)[0], CHOICE.options).rival == 1
+        assert explain_choice(rankings[criterion], draw(CHOICE)[0], CHOICE.options).shares
 
 
 def test_wrench_counts_as_a_force_at_the_lever_of_the_gripper(rankings):

@@ -24,7 +24,7 @@ def draw(rng, grey_sd, brown_sd, samples=20_000):
 
 def find(draws, costs, *, feasible=None, is_peak=False):
     feasible = np.ones(costs.shape, dtype=bool) if feasible is None else feasible
-    return find_reasons(draws, costs, feasible, ONE_OBJECT, (0, 1), is_peak=is_peak)
+    return find_reasons(draws, costs, feasible, ONE_OBJECT, is_peak=is_peak)
 
 
 def test_shares_are_those_of_the_variances_and_turns_lie_where_costs_are_equal(rng):

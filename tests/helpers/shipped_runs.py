@@ -34,10 +34,10 @@ _NOT_KEPT = "ms_per_object"
 
 
 class Run(NamedTuple):
-    """What a run found, as in Results but for what draws and writes; its folder, setup, and files whose code it ran.
+    """Results of a run without its figures, for comparison with kept ones.
 
     Attributes:
-        entered: Files whose code was run by an observer, and by what plans for observers.
+        entered: Files whose code ran, either for an observer or to plan for observers.
     """
 
     folder: Path

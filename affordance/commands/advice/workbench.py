@@ -115,10 +115,11 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     known, remarks = read_tools(arguments.tools, materials)
-    if arguments.see == "pictures" and arguments.tools.suffix.lower() == ".urdf":
+    if arguments.see == "pictures" and is_object_file(arguments.tools):
         remarks += (f"{arguments.tools.name}: centre of mass and moments follow from what the pictures show",)
     tools = options.choose_tools(known, arguments.only, arguments.tools)
-    others = [] if stock is None else list(read_tools(stock, materials)[0])
+    others, of_stock = read_tools(stock, materials) if stock else ((), ())
+    remarks = tuple(dict.fromkeys((*remarks, *of_stock)))  # both may be one file
     named = know_materials(arguments, settings, [*tools, *others], materials)
     tasks = read_tasks(names, arguments.files, robot)
     lacks = read_lacks(robot.folder)
@@ -127,14 +128,19 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
         if why:
             remarks += (f"the import found {name} infeasible for this arm: {why}",)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
-    return Bench(settings, materials, tools, others, named, tasks, criterion, remarks)
+    return Bench(settings, materials, tools, list(others), named, tasks, criterion, remarks)
+
+
+def is_object_file(path: Path) -> bool:
+    """Returns True if a file is an object's own URDF rather than a tools file."""
+    return path.suffix.lower() == ".urdf"
 
 
 def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Tool, ...], tuple[str, ...]]:
     """Loads the tools of a tools file, or an object's own URDF; returns them with remarks about the file."""
-    from affordance.extensions.robots.object_file import SUFFIX, read_object  # imported here, as few files need it
+    if is_object_file(path):
+        from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
 
-    if path.suffix.lower() == SUFFIX:
         tool, remarks = read_object(path, materials)
         return (tool,), remarks
     return load_tools(path, materials), ()

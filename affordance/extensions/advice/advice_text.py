@@ -96,7 +96,7 @@ def _build_reasons(ranking: Ranking, reasons: Reasons, names: Callable[[Colour],
         changes.setdefault((material, turn.above), change)
     largest_first = sorted(shares.items(), key=lambda each: -each[1])
     return {
-        "rival": _identify(ranking.ranked[reasons.rival].option),
+        "rival": _identify(ranking.ranked[1].option),
         "materials": [{"material": name, "share": share} for name, share in largest_first],
         "rest": reasons.rest,
         "changes": list(changes.values()),

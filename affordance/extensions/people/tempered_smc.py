@@ -43,9 +43,8 @@ class Draws(NamedTuple):
 
 def draw_prior(count: int, size: int, seed: int) -> Array:
     """Draws standard normal numbers that fill their space evenly (scrambled Sobol sequence), (count, size)."""
-    points = scipy.stats.qmc.Sobol(size, rng=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(count))))[
-        :count
-    ]
+    sobol = scipy.stats.qmc.Sobol(size, rng=np.random.default_rng(seed))
+    points = sobol.random_base2(int(np.ceil(np.log2(count))))[:count]
     numbers: Array = scipy.stats.norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9))
     return numbers
 

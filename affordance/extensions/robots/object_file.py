@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from affordance.arrays import Array, build_symmetric
+from affordance.arrays import Array
 from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.extensions.robots.description import Description, Visual, build_pose
 from affordance.extensions.robots.reader import read_robot
@@ -23,7 +23,6 @@ from affordance.objects.inertia import (
     LoadedShape,
     build_inertia_map,
     find_visible,
-    parameters_from_pseudo_inertia,
     pseudo_inertia_from_parameters,
 )
 from affordance.objects.materials import Material
@@ -32,7 +31,6 @@ from affordance.objects.overlap import count_once
 from affordance.objects.primitives import Box, Cylinder
 from affordance.objects.tool import WEIGHING_SD, Component, Grip, Tool, Weighing, find_box
 
-SUFFIX = ".urdf"
 # Name of the grip at the origin of an object that has no other grip.
 _ORIGIN = "origin"
 # Moments that differ from those of shape and mass by this factor are placeholders: hollow and solid bodies of the
@@ -203,8 +201,5 @@ def _distribute(
 
 def _compute_moments(J: Array) -> Array:
     """Computes the principal moments about the centre of mass, per unit mass, (3,), of a pseudo-inertia of 1 kg."""
-    p = J[:3, 3]
-    pi = parameters_from_pseudo_inertia(J)
-    about = pi[4:7] - (p @ p - p**2)
-    products = pi[7:] + p[[0, 0, 1]] * p[[1, 2, 2]]
-    return np.linalg.eigvalsh(build_symmetric((*about, *products)))
+    spread = np.linalg.eigvalsh(J[:3, :3] - np.outer(J[:3, 3], J[:3, 3]))
+    return spread.sum() - spread[::-1]
