@@ -161,7 +161,7 @@ def describe_choice(content: Content) -> str:
             only = f"feasible with probability {better['p_feasible']:.2f} only"
             parts.append(f"{name} is best with probability {p}, but {only}")
     elif num_usable == 1 and len(options) > 1:
-        parts.append(f"no other option is feasible with {needed}")
+        parts.append("no other option can be used")
     changes = content["why"]["changes"] if content["why"] else []
     parts += [_describe_change(each, options) for each in changes if each["probability"] >= _NOTABLE][:1]
     return f"{'; '.join(parts)}."
@@ -214,7 +214,7 @@ def _tabulate(content: Content, width: int) -> list[str]:
 def _describe_reasons(content: Content) -> list[str]:
     why, options = content["why"], content["options"]
     if why is None:
-        return ["Why: no other option can do the task with the required probability."]
+        return ["Why: no other option can be used."]
     against = f"Why {_name(options[0])} rather than {_name(_find(why['rival'], options))}:"
     materials = [each for each in why["materials"] if each["share"] >= _LEAST_SHARE]
     parts = [f"{_name_material(each['material'])} ({_percent(each['share'])})" for each in materials]
