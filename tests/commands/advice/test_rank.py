@@ -357,7 +357,7 @@ def test_tool_without_a_striking_face_is_no_option_for_a_blow(club, tmp_path):
     content = answer("rank", "hammer", "--samples", "200", "--tools", both, "--json").content
     assert {each["tool"] for each in content["options"]} == {"beetle"}
     assert content["remarks"] == ["club has no striking face (strikes) and cannot be used for a blow"]
-    assert content["sentence"].endswith("best with probability 1.00; no other option can be used.")  # faces in the hand
+    assert content["sentence"].endswith("best with probability 1.00; no other option can be used.")
 
 
 def test_blow_with_the_face_in_the_hand_is_not_ranked_and_rubber_is_said(known):
