@@ -7,7 +7,7 @@ not matter.
 """
 
 import enum
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -220,10 +220,6 @@ class DensityBelief:
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))
-
-# Function that computes the likelihood of an object's densities. It takes the belief before the measurement, because
-# the size of errors that grow with torque depends on it.
-type FindOneLikelihood = Callable[[DensityBelief], Likelihood]
 
 
 def show_density(density: float) -> str:

@@ -19,16 +19,15 @@ from affordance.belief.density_belief import (
     EMPTY_BELIEF,
     Density,
     DensityBelief,
-    FindOneLikelihood,
     summarise_density,
 )
-from affordance.belief.felt_object import AtHand, FeltObject, Thing
-from affordance.belief.learner import Groups, Learner, Seen, State, describe_prior
+from affordance.belief.felt_object import AtHand, Thing
+from affordance.belief.holds import Felt
+from affordance.belief.learner import Groups, Learner, State, describe_prior
 from affordance.belief.learners import DENSITY, check_learner
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.normals import Normals
+from affordance.belief.one_density import OneDensity
 from affordance.belief.prior import Prior
-from affordance.belief.rows import set_felt
 from affordance.exceptions import BadArgumentError
 from affordance.files.html_table import build_table
 from affordance.objects.appearance import PartAppearance, is_same_object
@@ -46,7 +45,6 @@ class Recollection(NamedTuple):
     densities: DensityBelief  # belief about its m densities, one for each colour
     colours: tuple[int, ...]  # index of each of its colours in the memory
     columns: tuple[int, ...]  # index of each part's density among those of the object
-    felt: FeltObject | None = None  # likelihoods from earlier lifts of this object; None if it was never lifted
 
 
 class Lesson(NamedTuple):
@@ -130,15 +128,12 @@ class MaterialMemory:
         return cls.from_belief(colours, belief)
 
     @classmethod
-    def from_belief(
-        cls, colours: Sequence[Colour], belief: DensityBelief, felt: Sequence[FeltObject] = ()
-    ) -> "MaterialMemory":
-        """Builds a memory with one density for each colour from a belief about the mean densities.
+    def from_belief(cls, colours: Sequence[Colour], belief: DensityBelief) -> "MaterialMemory":
+        """Builds a memory with one density for each colour, which starts from a belief about the mean densities.
 
         Args:
             colours: Colour of each density in the belief.
             belief: Belief about the mean densities.
-            felt: Objects whose evidence the belief already contains.
 
         Raises:
             BadArgumentError: The belief has another number of densities than there are colours.
@@ -147,13 +142,9 @@ class MaterialMemory:
         if belief.size != len(colours):
             problem = f"is about {belief.size} densities, must be about {len(colours)}, one for each colour"
             raise BadArgumentError("belief", "", problem)
-        memory = cls()._start(tuple(colours), Prior())
-        precision, information = belief.precision[None].copy(), belief.information_vector[None].copy()
-        state = {**memory.state, "precision": precision, "information": information}
-        things = tuple(Thing(each.appearance, tuple(map(memory.colours.index, each.colours))) for each in felt)
-        for number, (thing, each) in enumerate(zip(things, felt, strict=True)):
-            state = set_felt(state, Seen(thing.colours, np.array([number])), each.own)
-        return replace(memory, state=state, things=things)
+        if not colours:
+            return cls()
+        return cls()._start(tuple(colours), Prior()).set_prior(belief)
 
     @cached_property
     def belief(self) -> DensityBelief:
@@ -249,41 +240,38 @@ class MaterialMemory:
         at_hand = AtHand(thing, len(memory.things) if number is None else number)
         memory = replace(memory, state={**memory.state, **describe_prior(prior, 1)}, at_hand=at_hand)
         densities = DensityBelief.from_normals(memory.learner.expect(memory.state, at_hand.seen))
-        own = memory.learner.get_felt(memory.state, at_hand.seen)
-        shown = tuple(memory.colours[colour] for colour in thing.colours)
-        felt = FeltObject.of(shown, None if own is None else own.take(0), prior, thing.appearance)
-        return Recollection(memory, densities, thing.colours, tuple(map(thing.colours.index, columns)), felt)
+        return Recollection(memory, densities, thing.colours, tuple(map(thing.colours.index, columns)))
 
-    def learn(self, find_likelihood: FindOneLikelihood, deviation: float) -> Lesson:
+    def learn(self, felt: Felt, deviation: float) -> Lesson:
         """Learns from a trial with the object recalled last.
 
-        ``find_likelihood`` computes the likelihood of the object's densities from a belief about them; ``deviation``
-        is their SD about the material's mean, as a fraction of it. Raises a ValueError if no object was recalled.
+        ``felt`` is what was felt of it, and ``deviation`` the SD of its densities about the materials' means, as a
+        fraction of these. Raises a ValueError if no object was recalled.
         """
         at_hand = self.at_hand
         if at_hand is None:
             raise ValueError("no object was recalled since the last lift; recall one before learning from it")
 
-        def find(normals: Normals, observers: object = None) -> Likelihood:
-            each = (DensityBelief.from_normals(normals.take([row])) for row in range(len(normals)))
-            return Likelihood.stack([find_likelihood(belief) for belief in each])
-
         rng = ObserverDraws([(*self.seed, self.num_lifts + 1)])
         state = {**self.state, "deviation": np.full(1, deviation)}
-        lesson = self.learner.learn(state, at_hand.seen, find, rng)
+        lesson = self.learner.learn(state, at_hand.seen, felt, rng)
         things = self.things if at_hand.number < len(self.things) else (*self.things, at_hand.thing)
         memory = replace(self, state=lesson.state, things=things, num_lifts=self.num_lifts + 1, at_hand=None)
         return Lesson(memory, DensityBelief.from_normals(lesson.densities), lesson.likelihood.take(0))
 
-    def condition(self, likelihood: Likelihood) -> "MaterialMemory":
-        """Returns the memory after adding evidence about the mean densities of its M colours.
+    def set_prior(self, belief: DensityBelief) -> "MaterialMemory":
+        """Returns the memory with another belief about its M colours before any hold; all holds count as before.
 
-        The learner must sum evidence (``sums_evidence``).
+        The learner must have one density for each colour.
         """
-        assert self.learner.sums_evidence
-        precision = self.state["precision"] + likelihood.precision
-        information = self.state["information"] + likelihood.information_vector
-        return replace(self, state={**self.state, "precision": precision, "information": information})
+        assert isinstance(self.learner, OneDensity)
+        state = self.learner.set_prior(self.state, belief.precision[None], belief.information_vector[None])
+        return replace(self, state=state)
+
+    @property
+    def prior(self) -> DensityBelief:
+        """Belief about the M colours before any hold, of a learner with one density for each colour."""
+        return DensityBelief(self.state["precision"][0], self.state["information"][0])
 
     def group(self) -> Groups:
         """Returns the groups of objects that the learner distinguishes; the memory must have a colour."""

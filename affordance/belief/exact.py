@@ -1,0 +1,426 @@
+"""Posterior of materials' densities from everything that was felt, for many observers at once.
+
+    mu_i ~ N(m_i, s_i^2) for mu_i > 0                  mean density of material i, [kg/m^3]
+    rho_k = mu_i (1 + deviation delta_k)               density of object k, with delta_k ~ N(0, 1)
+    y ~ N(t, s0^2 + (w t)^2),  t = tau_arm + A rho_k   mean torques of one hold of object k, [N m]
+
+The state keeps what was felt (``holds``), never a sum of approximations to it. Objects may therefore come in any
+order, move to another kind or be forgotten, and memories can be merged.
+
+Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
+computed on a grid: at each node Laplace's method integrates over all other scores and all delta (Tierney and Kadane
+1986, J. Am. Stat. Assoc. 81:82; Rue, Martino and Chopin 2009, J. R. Stat. Soc. B 71:319). Means and SDs of mu_i and
+rho_k are sums over the grid; correlations are those at the mode of all scores and delta. A normal distribution that
+is restricted to positive densities then represents these moments.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.special import log_ndtr, ndtri_exp
+
+from affordance.arrays import Array, Mask
+from affordance.belief.holds import Holds, compute_log_likelihood
+from affordance.belief.normals import Normals, invert
+from affordance.belief.positive_normal import compute_moments, find_untruncated
+
+# Means of at least so many SDs are not affected by the restriction to positive densities; least correlation that
+# matters for the others.
+_FREE, _RELATED = 6.0, 0.02
+# Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
+# beyond the nodes it continues along straight lines.
+_NODES, _POINTS = np.arange(-4.5, 4.6), np.arange(-8.0, 6.6, 0.25)
+# Largest change of the log posterior by a Newton step that counts as none, at the mode and at a node.
+_SETTLED, _SETTLED_NODE = 1e-20, 1e-10
+_MOST_STEPS, _MOST_HALVINGS = 100, 40
+_LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in double precision
+
+
+class Posterior(NamedTuple):
+    """Posterior of mean densities, and of the densities of one object, for B observers, [kg/m^3]."""
+
+    means: Normals  # unrestricted normals of M mean densities, (B, M)
+    own: Normals | None  # unrestricted normals of the object's C densities, (B, C)
+    mean: Array  # means of the mean densities, (B, M)
+    sd: Array  # SDs of the mean densities, (B, M)
+    slopes: Array | None = None  # change of the object's densities with the mean densities, (B, C, M)
+
+
+class _Point(NamedTuple):
+    """Log posterior at scores z, (B, n, M), and deviations d, (B, n, T, C), with its derivatives."""
+
+    value: Array  # (B, n)
+    gz: Array  # (B, n, M)
+    gd: Array  # (B, n, T, C)
+    A: Array  # minus the second derivatives by z, (B, n, M, M)
+    C: Array  # minus those by d and z, (B, n, T, C, M)
+    D: Array  # minus those by d, (B, n, T, C, C)
+    mu: Array  # (B, n, M)
+    slope: Array  # d mu / d z, (B, n, M)
+
+
+class _Model:
+    """Log posterior of scores and deviations of some observers."""
+
+    def __init__(
+        self, prior: Normals, holds: Holds, kinds: NDArray[np.intp], is_used: Mask, deviation: Array
+    ) -> None:
+        self.holds, self.deviation = holds, deviation[:, None, None, None]
+        self.precision, self.information = prior.precision[:, None], prior.information_vector[:, None]
+        self.size = prior.mean.shape[1]
+        self.selection = (kinds[..., None] == np.arange(self.size)) & is_used[..., None]  # (B, T, C, M)
+        self.sd = np.sqrt(np.diagonal(prior.covariance, axis1=1, axis2=2))[:, None]  # (B, 1, M)
+        self.mode = prior.mean[:, None]
+        self.log_share = log_ndtr(self.mode / self.sd)
+
+    def take(self, rows: NDArray[np.intp]) -> "_Model":
+        """Returns the model of some observers."""
+        other = object.__new__(_Model)
+        for name, value in vars(self).items():
+            setattr(other, name, value[rows] if isinstance(value, np.ndarray) else value)
+        other.holds = self.holds.take(rows)
+        return other
+
+    def find_densities(self, z: Array) -> tuple[Array, Array, Array]:
+        """Computes mu, (B, n, M), and its first and second derivative by the scores."""
+        x = -ndtri_exp(self.log_share + log_ndtr(-z))
+        slope = self.sd * np.exp(0.5 * (x - z) * (x + z) + self.log_share)
+        # Far below the mode x is a small difference of large numbers, but mu stays positive.
+        mu = np.maximum(self.mode + self.sd * x, 1e-12 * self.sd)
+        return mu, slope, slope * (x * slope / self.sd - z)
+
+    def evaluate(self, z: Array, d: Array, *, is_expected: bool = False) -> _Point:
+        """Computes the log posterior with derivatives; expected second derivatives are positive definite."""
+        mu, slope, bend = self.find_densities(z)
+        S, f = self.selection[:, None].astype(float), self.deviation
+        own = (S @ mu[:, :, None, :, None])[..., 0]  # mu of each density, (B, n, T, C)
+        e = 1.0 + f * d
+        slopes = compute_log_likelihood(self.holds, own * e)
+        g, H = slopes.gradient, slopes.hessian
+        log_jacobian = np.log(slope)
+        Lambda, eta = self.precision, self.information
+        product = (Lambda @ mu[..., None])[..., 0]
+        value = slopes.value + (mu * (eta - 0.5 * product) + log_jacobian).sum(axis=-1)
+        value = value - 0.5 * (d**2).sum(axis=(-2, -1))
+        # By densities: mu collects the derivatives of all things of that kind.
+        g_mu = eta - product + ((e * g)[..., None] * S).sum(axis=(-3, -2))
+        eH = e[..., None] * H
+        ES = S.transpose(0, 1, 2, 4, 3)  # (B, 1, T, M, C)
+        H_mu = -Lambda + (ES @ (eH * e[..., None, :]) @ S).sum(axis=-3)
+        # By deviations, and mixed, with rows for d and columns for mu.
+        scale = f * own
+        D = np.eye(d.shape[-1]) - scale[..., None] * H * scale[..., None, :]
+        mixed = (scale[..., None] * H * e[..., None, :] + (f * g)[..., None] * np.eye(d.shape[-1])) @ S
+        # By scores. The second derivative of log slope follows from log slope = (x^2 - z^2) / 2 + constant.
+        x = (mu - self.mode) / self.sd
+        ratio = slope / self.sd
+        gz = slope * g_mu + x * ratio - z
+        A = -(slope[..., None] * H_mu * slope[..., None, :])
+        A[..., range(self.size), range(self.size)] -= bend * g_mu + ratio**2 + x * bend / self.sd - 1.0
+        point = _Point(value, gz, scale * g - d, A, -mixed * slope[..., None, None, :], D, mu, slope)
+        if not is_expected:
+            return point
+        H = slopes.expected
+        H_mu = (ES @ (e[..., None] * H * e[..., None, :]) @ S).sum(axis=-3)
+        return point._replace(
+            A=np.eye(self.size) - slope[..., None] * H_mu * slope[..., None, :],
+            C=-((scale[..., None] * H * e[..., None, :]) @ S) * slope[..., None, None, :],
+            D=np.eye(d.shape[-1]) - scale[..., None] * H * scale[..., None, :],
+        )
+
+
+class _Curvature(NamedTuple):
+    """Factors of minus the matrix of second derivatives, with some scores fixed."""
+
+    DC: Array  # D^-1 C, (B, n, T, C, M)
+    Dg: Array  # D^-1 g, (B, n, T, C)
+    inverse: Array  # covariance of the scores: inverse of A - C^T D^-1 C, (B, n, M, M), zero for fixed ones
+    log_det: Array  # log determinant of the whole matrix without fixed scores, (B, n)
+    dz: Array  # Newton step of the scores, (B, n, M)
+    dd: Array  # Newton step of the deviations, (B, n, T, C)
+    gain: Array  # twice the gain in log posterior that the step promises, (B, n)
+
+
+def _solve(point: _Point, fixed: Array) -> tuple[_Curvature, Mask]:
+    """Solves for the Newton step, and tells where the matrix is positive definite, (B, n)."""
+    A, C, D = point.A, point.C, point.D
+    if D.shape[-1] == 1:
+        inverse_D, log_D, ok = 1.0 / D, np.log(np.maximum(D[..., 0, 0], 1e-300)), D[..., 0, 0] > 0.0
+    else:
+        inverse_D, (sign, log_D) = np.linalg.inv(D), np.linalg.slogdet(D)
+        ok = (sign > 0.0) & (np.linalg.eigvalsh(D)[..., 0] > 0.0)
+    DC, Dg = inverse_D @ C, (inverse_D @ point.gd[..., None])[..., 0]
+    M = A.shape[-1]
+    schur = A - (np.swapaxes(C, -1, -2) @ DC).sum(axis=-3)
+    free = 1.0 - fixed
+    schur = schur * free[..., None] * free[..., None, :] + np.eye(M) * fixed[..., None]
+    g = (point.gz - (C * Dg[..., None]).sum(axis=(-3, -2))) * free
+    if M == 1:
+        inverse, log_schur, definite = (
+            1.0 / schur,
+            np.log(np.maximum(schur[..., 0, 0], 1e-300)),
+            schur[..., 0, 0] > 0.0,
+        )
+    else:
+        values = np.linalg.eigvalsh(schur)
+        definite = values[..., 0] > 0.0
+        inverse, log_schur = np.linalg.inv(schur), np.log(np.maximum(values, 1e-300)).sum(axis=-1)
+    dz = (inverse @ g[..., None])[..., 0]
+    dd = Dg - (DC @ dz[:, :, None, :, None])[..., 0]
+    gain = (dz * g).sum(axis=-1) + (Dg * point.gd).sum(axis=(-2, -1))
+    inverse = inverse * free[..., None] * free[..., None, :]
+    return _Curvature(DC, Dg, inverse, log_D.sum(axis=-1) + log_schur, dz, dd, gain), definite & ok.all(axis=-1)
+
+
+class _Mode(NamedTuple):
+    """Mode of the log posterior, given fixed scores, with its curvature."""
+
+    z: Array
+    d: Array
+    point: _Point
+    curvature: _Curvature
+
+
+def _climb(model: _Model, z: Array, d: Array, fixed: Array, settled: float) -> _Mode:
+    """Finds modes by Newton's method with shortened steps; ``fixed`` is 1 for scores that stay, (B, n, M).
+
+    Where the matrix of second derivatives is not negative definite, its expectation replaces it.
+    """
+    found = _Mode(z, d, *_look(model, z, d, fixed))
+    left, part, here = np.arange(len(z)), model, found
+    for _ in range(_MOST_STEPS):
+        moves = here.curvature.gain > settled  # (b, n)
+        going = np.flatnonzero(moves.any(axis=1))
+        if not len(going):
+            return found
+        if len(going) < len(left):
+            left, part, here, moves = left[going], part.take(going), _take(here, going), moves[going]
+        length, free = moves.astype(float), fixed[left]
+        for _ in range(_MOST_HALVINGS):
+            z = np.maximum(here.z + length[..., None] * here.curvature.dz, _LEAST_SCORE)
+            d = here.d + length[..., None, None] * here.curvature.dd
+            point = part.evaluate(z, d)
+            worse = ~(point.value >= here.point.value - 1e-12 * np.abs(here.point.value))
+            if not worse.any():
+                break
+            length = np.where(worse, 0.5 * length, length)
+        here = _Mode(z, d, *_look(part, z, d, free, point))
+        found = here if len(left) == len(found.z) else _put(found, left, here)
+    return found
+
+
+def _look(model: _Model, z: Array, d: Array, fixed: Array, point: _Point | None = None) -> tuple[_Point, _Curvature]:
+    """Evaluates the log posterior and the Newton step at a point."""
+    point = model.evaluate(z, d) if point is None else point
+    curvature, is_definite = _solve(point, fixed)
+    if not is_definite.all():
+        safe, _ = _solve(model.evaluate(z, d, is_expected=True), fixed)
+        curvature = _Curvature(*(_choose(is_definite, one, two) for one, two in zip(curvature, safe, strict=True)))
+    return point, curvature
+
+
+def _choose(where: Mask, one: Array, other: Array) -> Array:
+    return np.where(where.reshape(*where.shape, *[1] * (one.ndim - 2)), one, other)
+
+
+def _take(mode: _Mode, rows: NDArray[np.intp]) -> _Mode:
+    z, d, point, curvature = mode
+    return _Mode(z[rows], d[rows], _Point(*(a[rows] for a in point)), _Curvature(*(a[rows] for a in curvature)))
+
+
+def _put(mode: _Mode, rows: NDArray[np.intp], part: _Mode) -> _Mode:
+    def put(one: Array, other: Array) -> Array:
+        one = one.copy()
+        one[rows] = other
+        return one
+
+    point = _Point(*(put(one, other) for one, other in zip(mode.point, part.point, strict=True)))
+    curvature = _Curvature(*(put(one, other) for one, other in zip(mode.curvature, part.curvature, strict=True)))
+    return _Mode(put(mode.z, part.z), put(mode.d, part.d), point, curvature)
+
+
+def compute_posterior(
+    prior: Normals,
+    holds: Holds,
+    kinds: NDArray[np.intp],
+    is_used: Mask,
+    deviation: Array,
+    things: NDArray[np.intp] | None = None,
+) -> Posterior:
+    """Computes the posterior of mean densities, and of one thing's own densities.
+
+    Args:
+        prior: Prior of M mean densities.
+        holds: What was felt of T things with at most C densities.
+        kinds: Index of the mean of each density, (B, T, C).
+        is_used: True where a thing has that many densities, (B, T, C).
+        deviation: SD of an object's density as a fraction of the mean, (B,).
+        things: Number of the thing of each observer whose densities are wanted, (B,); None for none.
+    """
+    B, M = prior.mean.shape
+    touched = np.zeros(M, dtype=bool)
+    touched[kinds[is_used]] = True
+    related = (prior.covariance != 0.0).any(axis=0) | np.eye(M, dtype=bool)
+    touched = (np.linalg.matrix_power(related, M) & touched).any(axis=1)
+    if not touched.all():
+        return _leave_untouched(prior, holds, kinds, is_used, deviation, things, touched)
+    model = _Model(prior, holds, kinds, is_used, deviation)
+    T, C = kinds.shape[1:]
+    mode = _climb(model, np.zeros((B, 1, M)), np.zeros((B, 1, T, C)), np.zeros((B, 1, M)), _SETTLED)
+    sds = np.sqrt(np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2))  # (B, M)
+    grid = _tabulate(model, mode, sds)
+    mean = (grid.mass * grid.mu).sum(axis=-1)
+    sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
+    center, covariance = _expand(model, mode)
+    means = _restrict(mean, sd, center, covariance)
+    if things is None:
+        return Posterior(means, None, mean, sd)
+    rows, point = np.arange(B), mode.point
+    own_kinds, used = kinds[rows, things], is_used[rows, things]  # (B, C)
+    at, f = (rows[:, None], own_kinds), deviation[:, None]
+    cells = rows[:, None], own_kinds, slice(None), things[:, None], np.arange(C)
+    mass, mu, d, variance = grid.mass[at], grid.mu[at], grid.d[cells], grid.variance[cells]  # (B, C, n)
+    own = mu * (1.0 + f[..., None] * d)
+    own_mean = (mass * own).sum(axis=-1)
+    squares = (own - own_mean[..., None]) ** 2 + (f[..., None] * mu) ** 2 * variance
+    own_sd = np.sqrt((mass * squares).sum(axis=-1))
+    # About the mode rho = mu (1 + f d) changes by e dmu + f mu dd, and d by -D^-1 C dmu if mu changes.
+    e, scale = 1.0 + f * mode.d[rows, 0, things], f * point.mu[:, 0][at]
+    slopes = (own_kinds[..., None] == np.arange(M)) * e[..., None]
+    slopes = (slopes - scale[..., None] * mode.curvature.DC[rows, 0, things] / point.slope[:, 0, None]) * used[
+        ..., None
+    ]
+    own_covariance = slopes @ covariance @ np.swapaxes(slopes, 1, 2)
+    alone = scale[..., None] * invert(point.D[rows, 0, things]) * scale[:, None, :]
+    own_covariance += np.where(used[..., None] & used[:, None], alone, np.eye(used.shape[1]))
+    own_center = point.mu[:, 0][at] * e + np.matvec(slopes, center - point.mu[:, 0])
+    own_mean, own_sd = np.where(used, own_mean, 1.0), np.where(used, own_sd, 1.0)
+    return Posterior(means, _restrict(own_mean, own_sd, own_center, own_covariance), mean, sd, slopes)
+
+
+def _leave_untouched(
+    prior: Normals,
+    holds: Holds,
+    kinds: NDArray[np.intp],
+    is_used: Mask,
+    deviation: Array,
+    things: NDArray[np.intp] | None,
+    touched: Mask,
+) -> Posterior:
+    """Computes the posterior of the mean densities that some hold concerns; all others keep their prior."""
+    chosen = np.flatnonzero(touched)
+    mean, covariance = prior.mean.copy(), prior.covariance.copy()
+    sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    own, slopes, (expected, sd) = None, None, compute_moments(mean, sds)
+    if len(chosen):
+        numbers = np.zeros(len(touched), dtype=np.intp)
+        numbers[chosen] = np.arange(len(chosen))
+        found = compute_posterior(
+            prior.select(chosen), holds, np.where(is_used, numbers[kinds], 0), is_used, deviation, things
+        )
+        own, mean[:, chosen] = found.own, found.means.mean
+        covariance[:, chosen[:, None], chosen] = found.means.covariance
+        expected[:, chosen], sd[:, chosen] = found.mean, found.sd
+        if found.slopes is not None:
+            slopes = np.zeros((*found.slopes.shape[:2], len(touched)))
+            slopes[..., chosen] = found.slopes
+    return Posterior(Normals(mean, covariance), own, expected, sd, slopes)
+
+
+def _expand(model: _Model, mode: _Mode) -> tuple[Array, Array]:
+    """Expands the log posterior of the mean densities, not of scores, to second order at the mode.
+
+    Restricted to positive densities this is nearly exact even if the data leave differences of densities open.
+
+    Returns: Mean and covariance of the unrestricted normal distribution, (B, M) and (B, M, M).
+    """
+    point, M = mode.point, model.size
+    slope = point.slope[:, 0]
+    covariance = mode.curvature.inverse[:, 0]
+    if M == 1:
+        return point.mu[:, 0], slope[..., None] * covariance * slope[:, None]
+    x = (point.mu - model.mode) / model.sd
+    ratio = point.slope / model.sd
+    bend = point.slope * (x * ratio - mode.z)
+    gradient = (point.gz - x * ratio + mode.z) / point.slope  # by densities, (B, 1, M)
+    of_slope = bend * gradient + ratio**2 + x * bend / model.sd - 1.0
+    precision = invert(covariance) + of_slope[:, 0, :, None] * np.eye(M)
+    precision = precision / (slope[..., None] * slope[:, None])
+    values, vectors = np.linalg.eigh(precision)
+    # Where the log posterior of densities is not concave, that of scores is, at least nearly.
+    is_concave = values[:, 0] > 1e-12 * values[:, -1]
+    flat = slope[..., None] * covariance * slope[:, None]
+    inverse = (vectors / np.where(is_concave[:, None], values, 1.0)[:, None]) @ np.swapaxes(vectors, 1, 2)
+    covariance = np.where(is_concave[:, None, None], inverse, flat)
+    shift = np.where(is_concave[:, None], np.matvec(covariance, gradient[:, 0]), 0.0)
+    return point.mu[:, 0] + shift, covariance
+
+
+class _Grid(NamedTuple):
+    """Marginals of M scores at n points."""
+
+    mass: Array  # probabilities, (B, M, n)
+    mu: Array  # densities, (B, M, n)
+    d: Array  # deviations at the conditional modes, (B, M, n, T, C)
+    variance: Array  # their variances given the score, (B, M, n, T, C)
+
+
+def _tabulate(model: _Model, mode: _Mode, sds: Array) -> _Grid:
+    """Computes the marginal of each score on a grid about the mode with a step of one of the SDs, (B, M)."""
+    B, M = sds.shape
+    T, C = mode.d.shape[2:]
+    n = len(_NODES)
+    inverse = mode.curvature.inverse[:, 0]
+    slopes = inverse / np.diagonal(inverse, axis1=1, axis2=2)[..., None]  # change of all scores with one of them
+    dz = slopes[:, :, None, :] * (sds[:, :, None] * _NODES)[..., None]
+    z = np.maximum(mode.z[:, :, None] + dz, _LEAST_SCORE).reshape(B, M * n, M)
+    dd = -(mode.curvature.DC @ dz.reshape(B, M * n, 1, M, 1))[..., 0]
+    fixed = np.broadcast_to(np.eye(M)[:, None], (B, M, n, M)).reshape(B, M * n, M)
+    found = _climb(model, z, mode.d + dd, fixed, _SETTLED_NODE)
+    curvature, point = found.curvature, found.point
+    log_p = (point.value - 0.5 * curvature.log_det).reshape(B, M, n) @ _SPLINE.T
+    mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
+    mass /= mass.sum(axis=-1, keepdims=True)
+    scores = mode.z[:, 0, :, None] + sds[..., None] * _POINTS
+    mu = np.swapaxes(model.find_densities(np.maximum(np.swapaxes(scores, 1, 2), _LEAST_SCORE))[0], 1, 2)
+    D = np.diagonal(invert(point.D), axis1=-2, axis2=-1)
+    DC = curvature.DC
+    variance = D + ((DC @ curvature.inverse[:, :, None]) * DC).sum(axis=-1)
+    d, variance = (
+        np.tensordot(_CLOSEST, each.reshape(B, M, n, T, C), (1, 2)).transpose(1, 2, 0, 3, 4)
+        for each in (found.d, variance)
+    )
+    return _Grid(mass, mu, d, variance)
+
+
+def _build_spline() -> tuple[Array, Array]:
+    """Builds the matrices that interpolate values at the nodes to the points, (points, nodes).
+
+    The first continues along straight lines beyond the nodes, the second with constant values.
+    """
+    spline = CubicSpline(_NODES, np.eye(len(_NODES)))
+    inside = np.clip(_POINTS, _NODES[0], _NODES[-1])
+    constant = spline(inside)
+    return constant + spline(inside, 1) * (_POINTS - inside)[:, None], constant
+
+
+_SPLINE, _CLOSEST = _build_spline()
+
+
+def _restrict(mean: Array, sd: Array, center: Array, covariance: Array) -> Normals:
+    """Builds the normals that have these means and SDs, (B, M), when restricted to positive densities.
+
+    Correlations are those of a covariance. Where restricted densities are correlated with others, moments of the
+    restricted distribution are not those of each density alone, and the expansion is returned as it is.
+    """
+    own_center, scale = find_untruncated(mean, sd)
+    sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    correlation = covariance / (sds[..., None] * sds[:, None])
+    others = (np.abs(correlation) > _RELATED) & ~np.eye(mean.shape[1], dtype=bool)
+    is_alone = ~((mean < _FREE * sd)[..., None] & others).any(axis=(1, 2))
+    matched = correlation * scale[..., None] * scale[:, None]
+    return Normals(
+        np.where(is_alone[:, None], own_center, center), np.where(is_alone[:, None, None], matched, covariance)
+    )
