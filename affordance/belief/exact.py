@@ -31,7 +31,8 @@ from affordance.belief.positive_normal import compute_moments, find_untruncated
 _FREE, _RELATED = 6.0, 0.02
 # Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
 # beyond the nodes it continues along straight lines.
-_NODES, _POINTS = np.arange(-4.5, 4.6), np.arange(-8.0, 6.6, 0.25)
+_NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)
+_LEAST_CURVATURE = 0.1  # of a deviation, whose prior alone has 1
 # Largest change of the log posterior by a Newton step that counts as none, at the mode and at a node.
 _SETTLED, _SETTLED_NODE = 1e-20, 1e-10
 _MOST_STEPS, _MOST_HALVINGS = 100, 40
@@ -52,6 +53,8 @@ class _Point(NamedTuple):
     """Log posterior at scores z, (B, n, M), and deviations d, (B, n, T, C), with its derivatives."""
 
     value: Array  # (B, n)
+    of_things: Array  # share of each thing in the value, (B, n, T)
+    of_means: Array  # share of each mean density, (B, n, M)
     gz: Array  # (B, n, M)
     gd: Array  # (B, n, T, C)
     A: Array  # minus the second derivatives by z, (B, n, M, M)
@@ -97,38 +100,60 @@ class _Model:
         S, f = self.selection[:, None].astype(float), self.deviation
         own = (S @ mu[:, :, None, :, None])[..., 0]  # mu of each density, (B, n, T, C)
         e = 1.0 + f * d
-        slopes = compute_log_likelihood(self.holds, own * e)
+        slopes = compute_log_likelihood(self.holds, own * e, is_expected=is_expected)
         g, H = slopes.gradient, slopes.hessian
         log_jacobian = np.log(slope)
         Lambda, eta = self.precision, self.information
         product = (Lambda @ mu[..., None])[..., 0]
-        value = slopes.value + (mu * (eta - 0.5 * product) + log_jacobian).sum(axis=-1)
-        value = value - 0.5 * (d**2).sum(axis=(-2, -1))
+        of_means = mu * (eta - 0.5 * product) + log_jacobian
+        of_things = slopes.value - 0.5 * (d**2).sum(axis=-1)
+        value = of_means.sum(axis=-1) + of_things.sum(axis=-1)
         # By densities: mu collects the derivatives of all things of that kind.
         g_mu = eta - product + ((e * g)[..., None] * S).sum(axis=(-3, -2))
-        eH = e[..., None] * H
+        eH, scale, unit = e[..., None] * H, f * own, np.eye(d.shape[-1])
         ES = S.transpose(0, 1, 2, 4, 3)  # (B, 1, T, M, C)
-        H_mu = -Lambda + (ES @ (eH * e[..., None, :]) @ S).sum(axis=-3)
+        H_mu = (ES @ (eH * e[..., None, :]) @ S).sum(axis=-3)
         # By deviations, and mixed, with rows for d and columns for mu.
-        scale = f * own
-        D = np.eye(d.shape[-1]) - scale[..., None] * H * scale[..., None, :]
-        mixed = (scale[..., None] * H * e[..., None, :] + (f * g)[..., None] * np.eye(d.shape[-1])) @ S
+        D = unit - scale[..., None] * H * scale[..., None, :]
+        mixed = scale[..., None] * H * e[..., None, :]
         # By scores. The second derivative of log slope follows from log slope = (x^2 - z^2) / 2 + constant.
-        x = (mu - self.mode) / self.sd
-        ratio = slope / self.sd
+        x, ratio = (mu - self.mode) / self.sd, slope / self.sd
         gz = slope * g_mu + x * ratio - z
-        A = -(slope[..., None] * H_mu * slope[..., None, :])
-        A[..., range(self.size), range(self.size)] -= bend * g_mu + ratio**2 + x * bend / self.sd - 1.0
-        point = _Point(value, gz, scale * g - d, A, -mixed * slope[..., None, None, :], D, mu, slope)
-        if not is_expected:
-            return point
-        H = slopes.expected
-        H_mu = (ES @ (e[..., None] * H * e[..., None, :]) @ S).sum(axis=-3)
-        return point._replace(
-            A=np.eye(self.size) - slope[..., None] * H_mu * slope[..., None, :],
-            C=-((scale[..., None] * H * e[..., None, :]) @ S) * slope[..., None, None, :],
-            D=np.eye(d.shape[-1]) - scale[..., None] * H * scale[..., None, :],
-        )
+        if is_expected:
+            A = np.eye(self.size) - slope[..., None] * H_mu * slope[..., None, :]
+        else:
+            mixed = mixed + (f * g)[..., None] * unit
+            A = slope[..., None] * (Lambda - H_mu) * slope[..., None, :]
+            A[..., range(self.size), range(self.size)] -= bend * g_mu + ratio**2 + x * bend / self.sd - 1.0
+        C = -(mixed @ S) * slope[..., None, None, :]
+        return _Point(value, of_things, of_means, gz, scale * g - d, A, C, D, mu, slope)
+
+    def guess(self) -> tuple[Array, Array]:
+        """Guesses scores and deviations, from each thing's own fit with errors that its measured torques have.
+
+        Only things of one density are fitted; others start at the median of the prior.
+        """
+        holds, S = self.holds, self.selection
+        B, T, C, M = S.shape
+        if C > 1:
+            return np.zeros((B, 1, M)), np.zeros((B, 1, T, C))
+        v = holds.noise[..., :1] ** 2 + (holds.noise[..., 1:] * holds.tau) ** 2 + (holds.count == 0)[..., None]
+        weighted = holds.weight[..., None] * holds.regressor[..., 0] / v  # (B, N, J)
+        owner = (holds.thing[:, None] == np.arange(T)[:, None]) & (holds.count > 0)[:, None]
+        sums = np.stack([weighted * holds.regressor[..., 0], weighted * (holds.tau - holds.arm)], axis=-1).sum(axis=2)
+        precision, information = np.moveaxis(owner.astype(float) @ sums, -1, 0)  # (B, T)
+        rho = np.maximum(information / np.maximum(precision, 1e-300), 1e-3 * self.sd[:, 0, :1])
+        f = self.deviation[:, 0, :, 0]
+        weight = np.where(precision > 0.0, 1.0 / (1.0 / np.maximum(precision, 1e-300) + (f * rho) ** 2), 0.0)
+        own = np.diagonal(self.precision[:, 0], axis1=1, axis2=2)
+        total = own + (S[:, :, 0] * weight[..., None]).sum(axis=1)
+        mu = (np.maximum(self.mode[:, 0], 0.0) * own + (S[:, :, 0] * (weight * rho)[..., None]).sum(axis=1)) / total
+        mu = np.maximum(mu, 1e-3 * self.sd[:, 0])[:, None]
+        x = (mu - self.mode) / self.sd
+        z = np.maximum(-ndtri_exp(log_ndtr(-x) - self.log_share), _LEAST_SCORE)
+        expected = np.maximum((S[:, :, 0] * mu).sum(axis=2), 1e-300)  # mean density of each thing
+        pull = f * expected * precision * (rho - expected) / (1.0 + (f * expected) ** 2 * precision)
+        return z, np.where(precision > 0.0, np.maximum(pull, -0.5 / np.maximum(f, 1e-9)), 0.0)[:, None, :, None]
 
 
 class _Curvature(NamedTuple):
@@ -267,10 +292,10 @@ def compute_posterior(
     if not touched.all():
         return _leave_untouched(prior, holds, kinds, is_used, deviation, things, touched)
     model = _Model(prior, holds, kinds, is_used, deviation)
-    T, C = kinds.shape[1:]
-    mode = _climb(model, np.zeros((B, 1, M)), np.zeros((B, 1, T, C)), np.zeros((B, 1, M)), _SETTLED)
-    sds = np.sqrt(np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2))  # (B, M)
-    grid = _tabulate(model, mode, sds)
+    C = kinds.shape[2]
+    mode = _climb(model, *model.guess(), np.zeros((B, 1, M)), _SETTLED)
+    is_separate = C == 1 and not prior.covariance[:, ~np.eye(M, dtype=bool)].any()
+    grid = (_tabulate_separate if is_separate else _tabulate)(model, mode)
     mean = (grid.mass * grid.mu).sum(axis=-1)
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
     center, covariance = _expand(model, mode)
@@ -367,31 +392,53 @@ class _Grid(NamedTuple):
     variance: Array  # their variances given the score, (B, M, n, T, C)
 
 
-def _tabulate(model: _Model, mode: _Mode, sds: Array) -> _Grid:
-    """Computes the marginal of each score on a grid about the mode with a step of one of the SDs, (B, M)."""
-    B, M = sds.shape
+def _tabulate(model: _Model, mode: _Mode) -> _Grid:
+    """Computes the marginal of each score on a grid about the mode."""
+    B, M = mode.z.shape[0], model.size
     T, C = mode.d.shape[2:]
-    n = len(_NODES)
-    inverse = mode.curvature.inverse[:, 0]
-    slopes = inverse / np.diagonal(inverse, axis1=1, axis2=2)[..., None]  # change of all scores with one of them
-    dz = slopes[:, :, None, :] * (sds[:, :, None] * _NODES)[..., None]
+    n, inverse = len(_NODES), mode.curvature.inverse[:, 0]
+    variances = np.diagonal(inverse, axis1=1, axis2=2)
+    slopes = inverse / variances[..., None]  # change of all scores with one of them
+    dz = slopes[:, :, None, :] * (np.sqrt(variances)[:, :, None] * _NODES)[..., None]
     z = np.maximum(mode.z[:, :, None] + dz, _LEAST_SCORE).reshape(B, M * n, M)
     dd = -(mode.curvature.DC @ dz.reshape(B, M * n, 1, M, 1))[..., 0]
     fixed = np.broadcast_to(np.eye(M)[:, None], (B, M, n, M)).reshape(B, M * n, M)
     found = _climb(model, z, mode.d + dd, fixed, _SETTLED_NODE)
-    curvature, point = found.curvature, found.point
-    log_p = (point.value - 0.5 * curvature.log_det).reshape(B, M, n) @ _SPLINE.T
+    log_p = (found.point.value - 0.5 * found.curvature.log_det).reshape(B, M, n)
+    D, DC = np.diagonal(invert(found.point.D), axis1=-2, axis2=-1), found.curvature.DC
+    variance = D + ((DC @ found.curvature.inverse[:, :, None]) * DC).sum(axis=-1)
+    shape = (B, M, n, T, C)
+    return _interpolate(model, mode, log_p, found.d.reshape(shape), variance.reshape(shape))
+
+
+def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
+    """Computes the marginal of each score where every thing has one density, so that mean densities are independent.
+
+    All scores move at once. Deviations follow by one Newton step, whose gain is added.
+    """
+    variances = np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2)[:, None]
+    dz = np.sqrt(variances) * _NODES[:, None]  # (B, n, M)
+    dd = -(mode.curvature.DC @ dz[:, :, None, :, None])[..., 0]
+    d = mode.d + dd
+    point = model.evaluate(np.maximum(mode.z + dz, _LEAST_SCORE), d)
+    D = np.maximum(point.D[..., 0], _LEAST_CURVATURE)  # (B, n, T, 1)
+    gain = 0.5 * point.gd**2 / D - 0.5 * np.log(D)
+    of_kinds = (point.of_things[..., None] + gain)[..., None] * model.selection[:, None]
+    log_p = np.swapaxes(point.of_means + of_kinds.sum(axis=(-3, -2)), 1, 2)  # (B, M, n)
+    M = model.size
+    each = (np.broadcast_to(a[:, None], (len(a), M, *a.shape[1:])) for a in (d + point.gd / D, 1.0 / D))
+    return _interpolate(model, mode, log_p, *each)
+
+
+def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: Array) -> _Grid:
+    """Interpolates log marginals, (B, M, n), and deviations with their variances, (B, M, n, T, C), from the nodes."""
+    log_p = log_p @ _SPLINE.T
     mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
     mass /= mass.sum(axis=-1, keepdims=True)
-    scores = mode.z[:, 0, :, None] + sds[..., None] * _POINTS
-    mu = np.swapaxes(model.find_densities(np.maximum(np.swapaxes(scores, 1, 2), _LEAST_SCORE))[0], 1, 2)
-    D = np.diagonal(invert(point.D), axis1=-2, axis2=-1)
-    DC = curvature.DC
-    variance = D + ((DC @ curvature.inverse[:, :, None]) * DC).sum(axis=-1)
-    d, variance = (
-        np.tensordot(_CLOSEST, each.reshape(B, M, n, T, C), (1, 2)).transpose(1, 2, 0, 3, 4)
-        for each in (found.d, variance)
-    )
+    sds = np.sqrt(np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2))
+    scores = np.maximum(mode.z + sds[:, None] * _POINTS[:, None], _LEAST_SCORE)
+    mu = np.swapaxes(model.find_densities(scores)[0], 1, 2)
+    d, variance = (np.moveaxis(np.tensordot(_CLOSEST, each, (1, 2)), 0, 2) for each in (d, variance))
     return _Grid(mass, mu, d, variance)
 
 

@@ -57,17 +57,17 @@ class Holds(NamedTuple):
 class Slopes(NamedTuple):
     """Log likelihood of T things at n sets of densities, (B, n, T, C), and its derivatives."""
 
-    value: Array  # (B, n)
+    value: Array  # (B, n, T)
     gradient: Array  # (B, n, T, C)
     hessian: Array  # (B, n, T, C, C)
-    expected: Array  # expectation of the hessian if the densities were true, negative semidefinite, (B, n, T, C, C)
 
 
-def compute_log_likelihood(holds: Holds, rho: Array) -> Slopes:
+def compute_log_likelihood(holds: Holds, rho: Array, *, is_expected: bool = False) -> Slopes:
     """Computes the log likelihood of all that was felt at densities, (B, n, T, C), [kg/m^3].
 
     The variance of a torque grows with the torque itself, so its logarithm is a part of the likelihood. Errors of a
-    thing's geometry are the same in all of its holds and are integrated over, with their determinant.
+    thing's geometry are the same in all of its holds and are integrated over, with their determinant. If is_expected,
+    the second derivatives are expectations, as if densities were true and geometry exact; they are never positive.
     """
     size, n, T, C = rho.shape
     N = holds.arm.shape[1]
@@ -75,39 +75,41 @@ def compute_log_likelihood(holds: Holds, rho: Array) -> Slopes:
     of_hold = np.take_along_axis(rho, place, axis=2)  # (B, n, N, C)
     A = holds.regressor[:, None]  # (B, 1, N, J, C)
     t = holds.arm[:, None] + (A * of_hold[..., None, :]).sum(axis=-1)  # (B, n, N, J)
-    value, first, second, expected = _compare(holds, t)
+    value, first, second = _compare(holds, t, is_expected)
     transposed = np.swapaxes(A, -1, -2)
-    columns = [
-        value[..., None],
-        (transposed @ first[..., None])[..., 0],
-        *((transposed @ (each[..., None] * A)).reshape(size, n, N, C * C) for each in (second, expected)),
-    ]
+    by_density = (transposed @ first[..., None])[..., 0]
+    squares = (transposed @ (second[..., None] * A)).reshape(size, n, N, C * C)
     owner = (holds.thing[:, None, :] == np.arange(T)[:, None]) & (holds.count > 0)[:, None, :]
-    sums = owner[:, None].astype(float) @ np.concatenate(columns, axis=-1)  # (B, n, T, 1 + C + 2 C^2)
-    hessians = sums[..., 1 + C :].reshape(size, n, T, 2, C, C)
-    slopes = Slopes(sums[..., 0].sum(axis=-1), sums[..., 1 : 1 + C], hessians[..., 0, :, :], hessians[..., 1, :, :])
-    return _correct_for_geometry(holds, rho, owner, slopes) if holds.errors.shape[2] else slopes
+    columns = np.concatenate([value[..., None], by_density, squares], axis=-1)
+    sums = owner[:, None].astype(float) @ columns  # (B, n, T, 1 + C + C^2)
+    slopes = Slopes(sums[..., 0], sums[..., 1 : 1 + C], sums[..., 1 + C :].reshape(size, n, T, C, C))
+    return _correct_for_geometry(holds, rho, owner, slopes) if holds.errors.shape[2] and not is_expected else slopes
 
 
-def _compare(holds: Holds, t: Array) -> tuple[Array, ...]:
+def _compare(holds: Holds, t: Array, is_expected: bool) -> tuple[Array, Array, Array]:
     """Compares measured torques with predicted ones, (B, n, N, J).
 
-    Returns: Log likelihood of a hold, (B, n, N), and by joint, (B, n, N, J), its first and second derivative by the
-    torque, and the expectation of the second.
+    Returns: Log likelihood of a hold, (B, n, N), and its first and second derivative by each torque, (B, n, N, J).
     """
     count, weight = holds.count[:, None, :, None], holds.weight[:, None, :, None]
-    threshold, fraction = holds.noise[:, None, :, None, 0], holds.noise[:, None, :, None, 1]
-    v = threshold**2 + (fraction * t) ** 2 + (count == 0)  # 1 where there is no hold
-    dv, ddv = 2.0 * fraction**2 * t, 2.0 * fraction**2
+    threshold, fraction = (holds.noise[:, None, :, None, i] ** 2 for i in (0, 1))
+    v = fraction * t**2 + (threshold + (count == 0))  # 1 where there is no hold
+    precision = 1.0 / v
     r = holds.tau[:, None] - t
-    E = weight * r**2 + holds.squares[:, None]
-    ratio = dv / v
-    value = -0.5 * (E / v + count * np.log(2.0 * np.pi * v)).sum(axis=-1)
-    first = weight * r / v + 0.5 * E / v * ratio - 0.5 * count * ratio
-    second = (-weight - 2.0 * weight * r * ratio + 0.5 * E / v * ddv - E / v * dv * ratio) / v
-    second += 0.5 * count * (ratio**2 - ddv / v)
-    expected = -weight / v - 0.5 * count * ratio**2
-    return value, first, second, expected
+    pull, ratio = weight * r, 2.0 * fraction * t * precision  # ratio is d log v / dt
+    misfit = pull * r
+    if holds.squares.any():
+        misfit += holds.squares[:, None]
+    misfit *= precision
+    # A product of variances takes one logarithm for all joints.
+    log_v = np.log(v.prod(axis=-1)) + v.shape[-1] * np.log(2.0 * np.pi)
+    value = -0.5 * (misfit.sum(axis=-1) + count[..., 0] * log_v)
+    first = pull * precision + 0.5 * (misfit - count) * ratio
+    if is_expected:
+        return value, first, -weight * precision - 0.5 * count * ratio**2
+    second = ((misfit - count) * fraction - weight - 2.0 * pull * ratio) * precision
+    second -= (misfit - 0.5 * count) * ratio**2
+    return value, first, second
 
 
 # Step of the finite differences by which the effect of geometry is differentiated, as a fraction of the densities.
@@ -138,8 +140,7 @@ def _correct_for_geometry(holds: Holds, rho: Array, owner: Array, slopes: Slopes
         for b in range(a):
             corners = [evaluate({a: i, b: j}) * i * j for i in (1.0, -1.0) for j in (1.0, -1.0)]
             hessian[..., a, b] = hessian[..., b, a] = sum(corners) / (4.0 * steps[..., a] * steps[..., b])
-    value = slopes.value + here.sum(axis=-1)
-    return slopes._replace(value=value, gradient=slopes.gradient + gradient, hessian=slopes.hessian + hessian)
+    return Slopes(slopes.value + here, slopes.gradient + gradient, slopes.hessian + hessian)
 
 
 def _integrate_over_geometry(holds: Holds, rho: Array, owner: Array) -> Array:
@@ -245,7 +246,7 @@ class Felt(NamedTuple):
         def evaluate(rho: Array, part: NDArray[np.intp]) -> tuple[Array, Array, Slopes]:
             slopes = compute_log_likelihood(hold.take(part), rho[:, None, None])
             product = np.matvec(Lambda[part], rho)
-            log_p = slopes.value[:, 0] + (rho * (eta[part] - 0.5 * product)).sum(axis=-1)
+            log_p = slopes.value[:, 0, 0] + (rho * (eta[part] - 0.5 * product)).sum(axis=-1)
             return log_p, slopes.gradient[:, 0, 0] + eta[part] - product, slopes
 
         rho, left = normals.mean.copy(), np.arange(len(rows))
@@ -253,8 +254,13 @@ class Felt(NamedTuple):
         for _ in range(_MOST_STEPS):
             log_p, gradient, slopes = here
             curvature = Lambda[left] - slopes.hessian[:, 0, 0]
-            is_bad = np.linalg.eigvalsh(curvature)[:, 0] <= 0.0
-            curvature[is_bad] = (Lambda[left] - slopes.expected[:, 0, 0])[is_bad]
+            is_bad = (
+                np.linalg.eigvalsh(curvature)[:, 0] <= 0.0 if curvature.shape[-1] > 1 else curvature[:, 0, 0] <= 0.0
+            )
+            if is_bad.any():
+                bad = left[is_bad]
+                expected = compute_log_likelihood(hold.take(bad), rho[bad, None, None], is_expected=True)
+                curvature[is_bad] = Lambda[bad] - expected.hessian[:, 0, 0]
             step = np.linalg.solve(curvature, gradient[..., None])[..., 0]
             going = (step * gradient).sum(axis=-1) > _SETTLED
             left, step, log_p = left[going], step[going], log_p[going]
@@ -272,7 +278,7 @@ class Felt(NamedTuple):
         slopes = compute_log_likelihood(hold, rho[:, None, None])
         P, g = -slopes.hessian[:, 0, 0], slopes.gradient[:, 0, 0]
         product = np.matvec(P, rho)
-        log_constant = slopes.value[:, 0] - (rho * (g + 0.5 * product)).sum(axis=-1) + self.log_constant[rows]
+        log_constant = slopes.value[:, 0, 0] - (rho * (g + 0.5 * product)).sum(axis=-1) + self.log_constant[rows]
         return Likelihood(P, g + product, log_constant, self._find_peak(hold, rho, rows), self.num_values)
 
     def _find_peak(self, hold: Holds, rho: Array, rows: NDArray[np.intp]) -> Array:

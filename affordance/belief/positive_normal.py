@@ -25,13 +25,15 @@ def find_untruncated(mean: Array, sd: Array) -> tuple[Array, Array]:
     Their ratio determines the unrestricted ratio, which is found by bisection. A ratio of one or less, which no such
     distribution has, is replaced by the least one; the mean is kept.
     """
-    ratio = np.maximum(mean / sd, _LEAST_RATIO)
-    low, high = np.full(ratio.shape, -40.0), np.minimum(ratio, _UNRESTRICTED)
-    for _ in range(_STEPS):
+    center, scale = mean.copy(), sd.copy()
+    cut = mean < _UNRESTRICTED * sd
+    ratio = np.maximum(mean[cut] / sd[cut], _LEAST_RATIO)
+    low, high = np.full(ratio.shape, -40.0), ratio
+    for _ in range(_STEPS if ratio.size else 0):
         middle = 0.5 * (low + high)
         one, other = compute_moments(middle, np.ones_like(middle))
-        is_low = one / other < ratio
+        is_low = one < ratio * other
         low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-    a = np.where(ratio >= _UNRESTRICTED, ratio, high)
-    scale = np.where(ratio >= _UNRESTRICTED, mean / ratio, mean / compute_moments(a, np.ones_like(a))[0])
-    return a * scale, scale
+    scale[cut] = mean[cut] / compute_moments(high, np.ones_like(high))[0]
+    center[cut] = high * scale[cut]
+    return center, scale
