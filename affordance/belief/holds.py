@@ -263,6 +263,7 @@ class Felt(NamedTuple):
                 curvature[is_bad] = Lambda[bad] - expected.hessian[:, 0, 0]
             step = np.linalg.solve(curvature, gradient[..., None])[..., 0]
             going = (step * gradient).sum(axis=-1) > _SETTLED
+            rho[left[~going]] += step[~going]  # the last step squares what is left of the error
             left, step, log_p = left[going], step[going], log_p[going]
             if not len(left):
                 break
@@ -294,8 +295,8 @@ class Felt(NamedTuple):
         return np.asarray(-0.5 * np.linalg.slogdet(2.0 * np.pi * covariance)[1])
 
 
-# Gain in log probability by a step below which the mode is found; largest numbers of steps and of halvings.
-_SETTLED, _MOST_STEPS, _MOST_HALVINGS = 1e-20, 200, 40
+# Gain in log probability by a step below which it is the last one; largest numbers of steps and of halvings.
+_SETTLED, _MOST_STEPS, _MOST_HALVINGS = 1e-12, 200, 40
 
 
 def start_holds(size: int) -> State:
