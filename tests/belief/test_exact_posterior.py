@@ -58,11 +58,11 @@ def test_belief_is_the_posterior_by_quadrature(name):
 
 @pytest.mark.parametrize("name", ["one colour, 6 x", "one of 2 lighter by 10, 6 x", "one of 5 lighter by 2, 6 x"])
 def test_mean_density_of_one_colour_is_nearly_exact(name):
-    """Own densities by Laplace's method and a spline over ten nodes remain: mean and SD to 1e-4."""
+    """Laplace's method for own densities and a spline over seven nodes remain: mean to 1e-4, SD to .5 %."""
     memory, expected = hold_all(*CASES[name][:2]), compute_reference(name).mu[0]
     found = memory.learner.infer(memory.state)[1]
     assert found.mean[0, 0] == pytest.approx(expected.mean, rel=1e-4)
-    assert found.sd[0, 0] == pytest.approx(expected.sd, rel=1e-4)
+    assert found.sd[0, 0] == pytest.approx(expected.sd, rel=5e-3)
 
 
 def test_densities_that_holds_leave_open_are_as_by_quadrature():
