@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from affordance.belief.density_belief import Prior
+from affordance.belief.density_belief import DensityBelief, Prior, summarise_density
 from affordance.belief.holds import Felt
+from affordance.belief.learner import Seen
 from affordance.belief.material_memory import start_memory
 from affordance.objects.appearance import PartAppearance
 from studies.exact_reference import Model
@@ -22,10 +23,11 @@ def look(number, materials):
     return [PartAppearance(colour(i), (length, 0.02), (length * k, 0.0, 0.0)) for k, i in enumerate(materials)]
 
 
-def feel(hold, model=MODEL):
-    """What a hold of the reference tells, for one observer."""
-    errors = None if hold.geometry is None else hold.geometry.transpose(2, 1, 0)[None]
-    return Felt.from_torques(hold.y[None], hold.tau_arm, hold.A[None], (model.s0, model.w), 1, errors)
+def feel(*holds, model=MODEL):
+    """What holds of the reference tell, one for each observer."""
+    y, arm, A = (np.stack([getattr(hold, name) for hold in holds]) for name in ("y", "tau_arm", "A"))
+    errors = None if holds[0].geometry is None else np.stack([h.geometry.transpose(2, 1, 0) for h in holds])
+    return Felt.from_torques(y, arm, A, (model.s0, model.w), 1, errors)
 
 
 def hold_all(holds, owned, learner="density", memory=None):
@@ -35,3 +37,15 @@ def hold_all(holds, owned, learner="density", memory=None):
         recollection = memory.recall(look(hold.object, owned[hold.object]), PRIOR)
         memory = recollection.memory.learn(feel(hold), PRIOR.deviation).memory
     return memory
+
+
+def summarise(memory, owned):
+    """Beliefs of a memory with one density a colour about materials, and about objects by (object, material)."""
+    mu = {i: memory.density(colour(i)) for i in {i for own in owned for i in own} if colour(i) in memory.colours}
+    rho = {}
+    for number, thing in enumerate(memory.things):
+        k = next(k for k, own in enumerate(owned) if tuple(look(k, own)) == thing.appearance)
+        own = memory.learner.infer(memory.state, Seen(thing.colours, np.array([number])))[1].own
+        belief = DensityBelief.from_normals(own.select(range(len(owned[k]))))
+        rho |= {(k, i): summarise_density(belief, j) for j, i in enumerate(owned[k])}
+    return mu, rho
