@@ -112,7 +112,8 @@ def run(setup: Setup) -> Results:
         + " The blows of figure 9 are simulated with contact between tool and nail.",
         finding=(
             f"The end that drives the nail with less work is chosen with a probability of {p_correct[0]:.0%} before"
-            f" anything was held, {p_correct[1]:.0%} after one trial with other objects, and {p_correct[-1]:.0%} after {len(p_correct) - 1} trials."
+            f" anything was held, {p_correct[1]:.0%} after one trial with other objects, and"
+            f" {p_correct[-1]:.0%} after {len(p_correct) - 1} trials."
         ),
         data=data.merge(label_motions(blows_first, setup.settings)).merge(label_nails(list(blows_first.values()))),
         numbers=numbers,
