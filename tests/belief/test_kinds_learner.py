@@ -11,10 +11,12 @@ from affordance.belief.holds import Felt
 from affordance.belief.kinds import count_things, make_room_for_thing
 from affordance.belief.kinds_gate import adopt, weigh
 from affordance.belief.kinds_learner import KAPPA, Kinds, Pick
+from affordance.belief.learner import Seen
 from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.objects.appearance import PartAppearance
+from affordance.runs.random_streams import ObserverDraws
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 RGB = {"brass": (0.8, 0.6, 0.1), "steel": (0.5, 0.5, 0.6)}
@@ -195,12 +197,18 @@ def test_drawn_observers_go_every_way_as_often_as_it_is_probable():
     for end, probability in enumerate_paths(start(), lifts):
         expected[end] = expected.get(end, 0.0) + probability
     assert sum(expected.values()) == pytest.approx(1.0, abs=1e-12)
+    learner = Kinds(Pick.DRAWN, kappa=KAPPA_TRIED)
+    state, names = learner.start(None, learner.parameters, PRIOR, 1, 300), list(dict(lifts))
+    for number, (name, felt) in enumerate(lifts):
+        seen = Seen((0,), np.full(300, names.index(name)))
+        everyone = np.zeros(300, dtype=np.intp)
+        felt = felt._replace(hold=felt.hold.take(everyone), log_constant=felt.log_constant[everyone])
+        felt = felt._replace(log_peak=felt.log_peak[everyone])
+        state = learner.learn(state, seen, felt, ObserverDraws([(seed, number) for seed in range(300)])).state
     counts = dict.fromkeys(expected, 0)
-    for seed in range(300):
-        memory = start(Pick.DRAWN, seed=(seed,))
-        for name, felt in lifts:
-            memory = lift(memory, name, felt)
-        counts[describe(memory)] += 1
+    for b in range(300):
+        means = state["mean"][b][state["is_kind"][b]]
+        counts[tuple((kind,) for kind in state["thing_kind"][b, :, 0].tolist()), tuple(means.round(3).tolist())] += 1
     frequent = [end for end in expected if expected[end] > 0.01]
     assert len(frequent) >= 3
     rest = 1.0 - sum(expected[end] for end in frequent)

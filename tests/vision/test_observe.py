@@ -7,6 +7,7 @@ import pytest
 from helpers.results_files import read_numbers
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.normals import Normals
 from affordance.commands.catalogue import find_experiment
 from affordance.exceptions import NothingSeenError
 from affordance.experiments import weight
@@ -77,8 +78,9 @@ def test_geometry_seen_is_no_noise_of_the_joints():
         belief = predict_object(features, EXPERT, PIXELS.prior)
         rho = EXPERT.belief.untruncated_mean[list(belief.colours)]
         statistics = hold.measure(belief, rho, PIXELS.noise, (1,))
-        args = (statistics.features, 1, len(hold.tau_arm), belief.geometry, rho)
-        precisions.append(PIXELS.noise.compute_likelihood(*args).precision)
+        felt = PIXELS.noise.describe(statistics.features, 1, len(hold.tau_arm), belief.geometry)
+        known = Normals(rho[None], np.eye(len(rho))[None])  # so well that the likelihood is that at these densities
+        precisions.append(felt.find_likelihood(known).precision[0])
     assert (np.linalg.eigvalsh(precisions[1] - precisions[0]) > -1e-18).all()
     assert np.trace(precisions[0]) < np.trace(precisions[1])
 
