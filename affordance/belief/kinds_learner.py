@@ -45,9 +45,9 @@ class Pick(enum.Enum):
     DRAWN = "drawn"  # a random one, drawn with its posterior probability, to simulate people
 
 
-# Breadth of a category divided by its mean density, fitted to two groups of people for each way to pick: 0.224 (95 %
-# interval 0.192 to 0.248) and 0.254 (0.196 to 0.310); `affordance study people`, docs/decisions/0026-kinds.md.
-KAPPA = {Pick.MAP: 0.22, Pick.DRAWN: 0.25}
+# Breadth of a category divided by its mean density, fitted once to two groups of people for each way to pick, on
+# 2026-11-29: 0.203 (95 % interval 0.166 to 0.243) and 0.222 (0.161 to 0.271); docs/decisions/0026-kinds.md.
+KAPPA = {Pick.MAP: 0.20, Pick.DRAWN: 0.22}
 _LABELS = {Pick.MAP: "kinds, most probable", Pick.DRAWN: "kinds, drawn"}
 
 
