@@ -129,7 +129,7 @@ def test_errors_that_grow_with_torque_hardly_change_what_is_judged(true, hold, m
         rng = np.random.default_rng([seed, 5])
         tau = hold.tau_arm + regressor * true
         felt = tau + np.hypot(0.097, 0.07 * tau) * rng.standard_normal(7)
-        evidence = Felt.from_torques(felt[None], hold.tau_arm, regressor[None, :, None], (0.07, 0.097))
+        evidence = Felt.from_torques(felt[None], hold.tau_arm, regressor[None, :, None], (0.097, 0.07))
         verdicts = weigh_hypotheses(monkeypatch, [0.8, 0.2], moments, evidence)
         rho = np.linspace(-3000.0, 8000.0, 22001)[:, None]
         predicted = hold.tau_arm + regressor * rho
