@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.kinds_by_brute_force import BruteLift, Known, judge, list_odd_columns
-from scipy.stats import chisquare
+from scipy.stats import chisquare, norm
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.holds import Felt
@@ -188,6 +188,39 @@ def describe(memory):
     """Kinds of every object's colours, and mean densities of the kinds."""
     kinds = tuple(kinds for _, kinds, *_ in list_things(memory))
     return kinds, tuple(memory.group().means.mean[0].round(3).tolist())
+
+
+def integrate_kind(prior_mean, prior_sd, objects):
+    """Mean and SD of a kind's mean density by sums: each object has a mean of measurements, and its SD."""
+    mu = np.linspace(5.0, 20_000.0, 4000)
+    logs = norm.logpdf(mu, prior_mean, prior_sd)
+    for mean, sd in objects:
+        logs += norm.logpdf(mean, mu, np.hypot(PRIOR.deviation * mu, sd))
+    weights = np.exp(logs - logs.max())
+    mean = weights @ mu / weights.sum()
+    return mean, np.sqrt(weights @ (mu - mean) ** 2 / weights.sum())
+
+
+def test_all_holds_of_an_object_belong_to_its_present_kind():
+    """Every way in which five lifts of two rods can be judged: by the rods' kinds at its end alone."""
+    felt = [("rod", 5000.0), ("long rod", 5200.0), ("rod", 4600.0), ("long rod", 8500.0), ("long rod", 7900.0)]
+    ends = [start()]
+    for name, density in felt:
+        taken = []
+        for memory in ends:
+            hypotheses, _, take = judge_lift(memory, name, weigh_alone(density, 300.0))
+            taken += [take(place) for place in range(len(hypotheses))]
+        ends = taken
+    measured = [[density for name, density in felt if name == each] for each in ("rod", "long rod")]
+    objects = [(np.mean(each), 300.0 / np.sqrt(len(each))) for each in measured]
+    assert len({tuple(memory.state["thing_kind"][0, :, 0]) for memory in ends}) >= 2
+    for memory in ends:
+        state = memory.state
+        for kind in np.flatnonzero(state["is_kind"][0]):
+            mine = [objects[thing] for thing in range(2) if state["thing_kind"][0, thing, 0] == kind]
+            mean, sd = integrate_kind(state["kind_mean"][0, kind], state["kind_sd"][0, kind], mine)
+            assert state["mean"][0, kind] == pytest.approx(mean, rel=2e-3)
+            assert np.sqrt(state["covariance"][0, kind, kind]) == pytest.approx(sd, rel=0.05)
 
 
 def test_drawn_observers_go_every_way_as_often_as_it_is_probable():
