@@ -167,7 +167,7 @@ def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_
     runner = TrialRunner(settings)
     before = know(weight, density)
     after = runner.run_hold(tool, before, duration=duration, seed=(0,)).memory
-    learned = float((after.belief.precision - before.belief.precision)[0, 0])
+    learned = float((after.state["hold_regressor"] ** 2).sum())  # precision of the kept hold, in units of one
     per_density = hold.Y @ tool.parameters / density
     num_samples = learned * sd**2 / (per_density @ per_density)
     assert num_samples == pytest.approx(np.floor(duration / settings.sample_period + 1e-9), abs=1e-6)
