@@ -222,10 +222,16 @@ def _look(model: _Model, z: Array, d: Array, fixed: Array, point: _Point | None 
 
 
 def _start(model: _Model, prior: Normals, T: int, C: int) -> tuple[Array, Array]:
-    """Finds scores, (B, 2, M), and deviations, (B, 2, T, C), at which to start: prior medians, and a fit."""
+    """Finds scores, (B, 2, M), and deviations, (B, 2, T, C), to start from: those of a fit, and zeros.
+
+    The log posterior may have several maxima (``fit_torques``).
+    """
     S, f = model.selection.astype(float), model.deviation[:, 0]
     P, q = fit_torques(model.holds, T)
-    mode, sd = ((S @ np.broadcast_to(each, prior.mean.shape)[:, None, :, None])[..., 0] for each in (prior.mean, model.sd[:, 0]))
+    mode, sd = (
+        (S @ np.broadcast_to(each, prior.mean.shape)[:, None, :, None])[..., 0]
+        for each in (prior.mean, model.sd[:, 0])
+    )
     sd = np.where(sd > 0.0, sd, 1.0)
     own = np.linalg.solve(P + np.eye(C) / sd[..., None] ** 2, (q + mode / sd**2)[..., None])[..., 0]
     own = np.maximum(own, 1e-3 * sd)
@@ -235,15 +241,19 @@ def _start(model: _Model, prior: Normals, T: int, C: int) -> tuple[Array, Array]
     sds = model.sd[:, 0]
     mu = np.maximum(np.linalg.solve(precision, information[..., None])[..., 0], 1e-3 * sds)
     z = -ndtri_exp(log_ndtr(-(mu - prior.mean) / sds) - model.log_share[:, 0])
-    d = np.where(model.selection.any(axis=-1) & (f > 0.0), own / np.maximum((S @ mu[:, None, :, None])[..., 0], 1e-300) - 1.0, 0.0)
+    d = np.where(
+        model.selection.any(axis=-1) & (f > 0.0),
+        own / np.maximum((S @ mu[:, None, :, None])[..., 0], 1e-300) - 1.0,
+        0.0,
+    )
     d = d / np.where(f > 0.0, f, 1.0)
-    return np.stack([np.zeros_like(z), z], axis=1), np.stack([np.zeros_like(d), d], axis=1)
+    return np.stack([z, np.zeros_like(z)], axis=1), np.stack([d, np.zeros_like(d)], axis=1)
 
 
 def _choose_best(found: _Mode) -> _Mode:
-    """Returns the best of the modes found from several starts."""
-    rows, best = np.arange(len(found.z)), found.point.value.argmax(axis=1)
+    """Returns the most probable of several modes by Laplace's method."""
     z, d, point, curvature = found
+    rows, best = np.arange(len(z)), (point.value - 0.5 * curvature.log_det).argmax(axis=1)
 
     def take(array: Array) -> Array:
         return np.asarray(array[rows, best][:, None])
@@ -299,8 +309,7 @@ def compute_posterior(
         return _divide(prior, holds, kinds, is_used, deviation, things, joined, owned)
     model = _Model(prior, holds, kinds, is_used, deviation)
     T, C = kinds.shape[1:]
-    z, d = _start(model, prior, T, C)
-    mode = _choose_best(_climb(model, z, d, np.zeros((B, 2, M)), _SETTLED))
+    mode = _choose_best(_climb(model, *_start(model, prior, T, C), np.zeros((B, 2, M)), _SETTLED))
     sds = np.sqrt(np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2))  # (B, M)
     grid = _tabulate(model, mode, sds)
     mean = (grid.mass * grid.mu).sum(axis=-1)

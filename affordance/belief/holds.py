@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import SEEN, Likelihood
-from affordance.belief.normals import Normals
+from affordance.belief.normals import Normals, invert
 from affordance.belief.rows import Seen, State, pad
 
 # Entries of a state, with an axis for B observers: N holds of J joints, (B, N, ...), with C columns for the densities
@@ -88,7 +88,8 @@ def compute_log_likelihood(holds: Holds, rho: Array) -> Slopes:
 def fit_torques(holds: Holds, num_things: int) -> tuple[Array, Array]:
     """Fits densities with the errors of torques that are as large as the measured ones, for a start.
 
-    At a joint that bears hardly any torque at some density, errors are small, so the log likelihood has several maxima.
+    At a density at which a joint bears hardly any torque, its error is small, so the log likelihood has several
+    maxima.
 
     Returns: Precision, (B, T, C, C), and information vector, (B, T, C), of each thing's densities.
     """
@@ -160,7 +161,7 @@ def _compare(holds: Holds, t: Array) -> tuple[Array, ...]:
     return value, first, second, expected
 
 
-# Step of the finite differences by which the effect of geometry is differentiated, as a fraction of the densities.
+# Step of the central differences of the gradient of the effect of geometry, as a fraction of the densities.
 _STEP = 1e-4
 
 
@@ -168,54 +169,63 @@ def _correct_for_geometry(holds: Holds, rho: Array, slopes: Slopes) -> Slopes:
     """Adds what changes if errors e ~ N(0, I) of each thing's geometry are integrated over: R = D + F F^T.
 
     log N(r; 0, R) = log N(r; 0, D) + b^T M^-1 b / 2 - log det M / 2 with M = I + F^T D^-1 F and b = F^T D^-1 r, sums
-    over the thing's holds. It is differentiated by central differences.
+    over the thing's holds. The second derivatives are central differences of the first.
     """
-    C = rho.shape[-1]
-    steps = _STEP * np.maximum(np.abs(rho), 1.0)
 
-    def evaluate(change: dict[int, float]) -> Array:
-        moved = rho.copy()
-        for c, times in change.items():
-            moved[..., c] += times * steps[..., c]
-        M, b = sum_geometry(holds, moved)
-        quadratic = (b * np.linalg.solve(M, b[..., None])[..., 0]).sum(axis=-1)
-        return np.asarray(0.5 * (quadratic - np.linalg.slogdet(M)[1]))
+    def evaluate(rho: Array) -> tuple[Array, Array, Array]:
+        M, b, K, dM, db = sum_geometry(holds, rho)
+        inverse = invert(M)
+        u = np.matvec(inverse, b)
+        value = 0.5 * (np.vecdot(u, b) - np.linalg.slogdet(M)[1])
+        square = inverse + u[..., :, None] * u[..., None, :]
+        gradient = np.matvec(db, u) - 0.5 * (dM * square[..., None, :, :]).sum(axis=(-2, -1))
+        return value, gradient, K @ inverse @ K.mT
 
-    here = evaluate({})
-    gradient, hessian = np.zeros_like(rho), np.zeros((*rho.shape, C))
-    for a in range(C):
-        up, down = evaluate({a: 1.0}), evaluate({a: -1.0})
-        gradient[..., a] = (up - down) / (2.0 * steps[..., a])
-        hessian[..., a, a] = (up - 2.0 * here + down) / steps[..., a] ** 2
-        for b in range(a):
-            corners = [evaluate({a: i, b: j}) * i * j for i in (1.0, -1.0) for j in (1.0, -1.0)]
-            hessian[..., a, b] = hessian[..., b, a] = sum(corners) / (4.0 * steps[..., a] * steps[..., b])
-    value = slopes.value + here.sum(axis=-1)
-    return slopes._replace(value=value, gradient=slopes.gradient + gradient, hessian=slopes.hessian + hessian)
+    value, gradient, unknown = evaluate(rho)
+    hessian = np.zeros((*rho.shape, rho.shape[-1]))
+    for c, axis in enumerate(np.eye(rho.shape[-1])):
+        step = _STEP * np.maximum(np.abs(rho[..., c, None]), 1.0)
+        hessian[..., c] = (evaluate(rho + axis * step)[1] - evaluate(rho - axis * step)[1]) / (2.0 * step)
+    value, gradient = slopes.value + value.sum(axis=-1), slopes.gradient + gradient
+    hessian = slopes.hessian + 0.5 * (hessian + hessian.mT)
+    return Slopes(value, gradient, hessian, slopes.expected + unknown)
 
 
-def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, Array]:
+def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
     """Sums what all holds tell of the errors of geometry of each thing at given densities, (B, n, T, C).
 
     Given the densities, the errors are normal with mean M^-1 b and covariance M^-1.
 
-    Returns: M, (B, n, T, Q, Q), and b, (B, n, T, Q).
+    Returns: M, (B, n, T, Q, Q), b, (B, n, T, Q), and K = F^T D^-1 A, (B, n, T, C, Q), with A the torque per density,
+    and derivatives of M and b by densities, (B, n, T, C, Q, Q) and (B, n, T, C, Q).
     """
     size, n, T, C = rho.shape
     Q, J = holds.errors.shape[2:4]
-    sums = np.zeros((size, n, T, Q * Q + Q))
-    for part in _cut(holds, size * n * Q * max(J * C, Q)):
+    ends = np.cumsum([Q * Q, Q, C * Q, C * Q * Q])
+    sums = np.zeros((size, n, T, ends[-1] + C * Q))
+    for part in _cut(holds, size * n * Q * max(J, (1 + C) * Q)):
         of_hold = _take_of_holds(part, rho)
         t = part.arm[:, None] + _multiply(of_hold, part.regressor.mT)
         errors = part.errors.reshape(*part.errors.shape[:2], Q * J, C)
         F = _multiply(of_hold, errors.mT).reshape(*t.shape[:3], Q, J)
         threshold, fraction = part.noise[:, None, :, None, 0], part.noise[:, None, :, None, 1]
         v = threshold**2 + (fraction * t) ** 2 + (part.count == 0)[:, None, :, None]
-        weighted = F * (part.weight[:, None, :, None] / v)[..., None, :]
-        M = (weighted @ np.swapaxes(F, -1, -2)).reshape(*F.shape[:3], Q * Q)
-        b = (weighted @ (part.tau[:, None] - t)[..., None])[..., 0]
-        _add_by_thing(sums, part, np.concatenate([M, b], axis=-1))
-    return np.eye(Q) + sums[..., : Q * Q].reshape(size, n, T, Q, Q), sums[..., Q * Q :]
+        W = part.weight[:, None, :, None] / v
+        dW, r = -2.0 * fraction**2 * t / v * W, part.tau[:, None] - t  # derivative by the torque, and residual
+        weighted = F * W[..., None, :]
+        columns = [weighted @ F.mT, np.matvec(weighted, r), (weighted @ part.regressor[:, None]).mT]
+        dM, db = [], []
+        for c in range(C):
+            A, G = part.regressor[:, None, ..., c], part.errors[:, None, ..., c]
+            half = weighted @ G.mT
+            dM.append(half + half.mT + (F * (dW * A)[..., None, :]) @ F.mT)
+            db.append(np.matvec(G, W * r) + np.matvec(F, (dW * r - W) * A))
+        columns += [np.stack(dM, axis=3), np.stack(db, axis=3)]
+        _add_by_thing(sums, part, np.concatenate([each.reshape(*t.shape[:3], -1) for each in columns], axis=-1))
+    each_M, b, K, each_dM, each_db = np.split(sums, ends, axis=-1)
+    things = size, n, T
+    M = np.eye(Q) + each_M.reshape(*things, Q, Q)
+    return M, b, K.reshape(*things, C, Q), each_dM.reshape(*things, C, Q, Q), each_db.reshape(*things, C, Q)
 
 
 class Felt(NamedTuple):

@@ -106,7 +106,7 @@ def _list_things(memory: MaterialMemory, things: Sequence[FeltThing], names: Seq
     # At the means, and one step along each density in both directions, (1 + 2 C, T, C).
     step = _STEP * np.maximum(np.abs(own.mean), 1.0)
     rho = own.mean + np.concatenate([np.zeros((1, C)), np.eye(C), -np.eye(C)])[:, None] * step
-    M, b = sum_geometry(holds, rho[None])
+    M, b, *_ = sum_geometry(holds, rho[None])
     change = (changes @ rho[..., None])[..., 0]  # of the mass by each error, (1 + 2 C, T, Q)
     masses = (volumes * rho).sum(axis=-1) + (change * np.linalg.solve(M[0], b[0, ..., None])[..., 0]).sum(axis=-1)
     slopes = (masses[1 : C + 1] - masses[C + 1 :]).T / (2.0 * step)
