@@ -1,19 +1,20 @@
 """Beliefs of a ledger against the reference by quadrature, and against learning one trial after the other."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.trials import BRASS, STEEL, TAU_ARM, WOOD, hold, hold_workshop
+from helpers.trials import BRASS, PLAIN, STEEL, TAU_ARM, WOOD, hold
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.extensions.memory.ledger import Selection, open_memory, replay
 from affordance.extensions.memory.summary import summarise
-from affordance.extensions.memory.trial_evidence import TrialEvidence
+from affordance.extensions.memory.trial_evidence import TrialEvidence, gather
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import Geometry
-from affordance.proprioception.torque_noise import WeberNoise
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from studies import exact_reference as reference
 
 PRIOR = Prior()
@@ -100,3 +101,46 @@ def test_recall_is_what_learning_from_one_trial_after_the_other_gives(tmp_path, 
         _assert_same(
             ledger.recall(), replay([trial for trial in trials if trial.object_name != "rod"], start_memory(), PRIOR)
         )
+
+
+def _learn(trials: Sequence[TrialEvidence]) -> MaterialMemory:
+    """Learns from trials as the recall of a ledger does."""
+    lifts = ((each.parts, lambda _, columns, t=each: t.describe(gather(t.geometry, columns))) for each in trials)
+    return start_memory().remember(lifts, PRIOR)
+
+
+@pytest.mark.parametrize("model", [PLAIN, WeberNoise(), WhiteNoise(sd=0.3)])
+def test_repeated_holds_tell_little_more_about_a_material(model):
+    noise = []  # variance that noise gives the object's own density: without the prior and the deviation
+    for count in (1, 16, 256):
+        trials = [hold("bar", (WOOD,), (600.0,), seed, model=model) for seed in range(count)]
+        density = _learn(trials).density(WOOD)
+        noise.append(density.sd**2 - (PRIOR.deviation * density.mean) ** 2)
+    assert noise[0] / noise[1] == pytest.approx(16.0, rel=0.3)
+    assert noise[1] / noise[2] == pytest.approx(16.0, rel=0.3)
+    others = [hold("bar", (WOOD,), (600.0,), i, model=model) for i in range(256)]
+    looks = [each.parts[0]._replace(sizes=(0.05 + 0.01 * i,)) for i, each in enumerate(others)]
+    others = [replace(each, parts=(look,)) for each, look in zip(others, looks, strict=True)]
+    of_many = _learn(others).density(WOOD).sd
+    assert of_many == pytest.approx(np.sqrt((noise[0] + (PRIOR.deviation * 600.0) ** 2) / 256.0), rel=0.1)
+
+
+def test_a_size_that_is_seen_wrongly_does_not_average_out():
+    """A size that errs by a tenth leaves an SD of 9 % of the density or more, after one hold as after 64."""
+    for count in (1, 64):
+        trials = [hold("bar", (BRASS,), (8500.0,), seed, num_errors=1) for seed in range(count)]
+        assert _learn(trials).density(BRASS).sd > 0.09 * 8500.0
+
+
+def test_beliefs_after_repeated_holds_are_as_wide_as_their_errors():
+    """Errors of the mean over their stated SDs have a root mean square of 1, after one hold and after eight."""
+    rng = np.random.default_rng(5)
+    for count in (1, 8):
+        errors = []
+        for observer in range(150):
+            rho = 2000.0 * (1.0 + PRIOR.deviation * rng.standard_normal())
+            seeds = range(8 * observer, 8 * observer + count)
+            trials = [hold("bar", (WOOD,), (rho,), seed, model=WeberNoise()) for seed in seeds]
+            density = _learn(trials).density(WOOD)
+            errors.append((density.mean - 2000.0) / density.sd)
+        assert 0.85 < np.sqrt(np.mean(np.square(errors))) < 1.2  # 1 +- .06 by chance
