@@ -22,7 +22,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import log_ndtr, ndtri_exp
 
 from affordance.arrays import Array, Mask
-from affordance.belief.holds import Holds, compute_log_likelihood
+from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques
 from affordance.belief.normals import Normals, invert
 from affordance.belief.positive_normal import compute_moments, find_untruncated
 
@@ -128,33 +128,6 @@ class _Model:
         C = -(mixed @ S) * slope[..., None, None, :]
         return _Point(value, of_things, of_means, gz, scale * g - d, A, C, D, mu, slope)
 
-    def guess(self) -> tuple[Array, Array]:
-        """Guesses scores and deviations, from each thing's own fit with errors that its measured torques have.
-
-        Only things of one density are fitted; others start at the median of the prior.
-        """
-        holds, S = self.holds, self.selection
-        B, T, C, M = S.shape
-        if C > 1:
-            return np.zeros((B, 1, M)), np.zeros((B, 1, T, C))
-        v = holds.noise[..., :1] ** 2 + (holds.noise[..., 1:] * holds.tau) ** 2 + (holds.count == 0)[..., None]
-        weighted = holds.weight[..., None] * holds.regressor[..., 0] / v  # (B, N, J)
-        owner = (holds.thing[:, None] == np.arange(T)[:, None]) & (holds.count > 0)[:, None]
-        sums = np.stack([weighted * holds.regressor[..., 0], weighted * (holds.tau - holds.arm)], axis=-1).sum(axis=2)
-        precision, information = np.moveaxis(owner.astype(float) @ sums, -1, 0)  # (B, T)
-        rho = np.maximum(information / np.maximum(precision, 1e-300), 1e-3 * self.sd[:, 0, :1])
-        f = self.deviation[:, 0, :, 0]
-        weight = np.where(precision > 0.0, 1.0 / (1.0 / np.maximum(precision, 1e-300) + (f * rho) ** 2), 0.0)
-        own = np.diagonal(self.precision[:, 0], axis1=1, axis2=2)
-        total = own + (S[:, :, 0] * weight[..., None]).sum(axis=1)
-        mu = (np.maximum(self.mode[:, 0], 0.0) * own + (S[:, :, 0] * (weight * rho)[..., None]).sum(axis=1)) / total
-        mu = np.maximum(mu, 1e-3 * self.sd[:, 0])[:, None]
-        x = (mu - self.mode) / self.sd
-        z = np.maximum(-ndtri_exp(log_ndtr(-x) - self.log_share), _LEAST_SCORE)
-        expected = np.maximum((S[:, :, 0] * mu).sum(axis=2), 1e-300)  # mean density of each thing
-        pull = f * expected * precision * (rho - expected) / (1.0 + (f * expected) ** 2 * precision)
-        return z, np.where(precision > 0.0, np.maximum(pull, -0.5 / np.maximum(f, 1e-9)), 0.0)[:, None, :, None]
-
 
 class _Curvature(NamedTuple):
     """Factors of minus the matrix of second derivatives, with some scores fixed."""
@@ -246,6 +219,46 @@ def _look(model: _Model, z: Array, d: Array, fixed: Array, point: _Point | None 
     return point, curvature
 
 
+def _start(model: _Model, prior: Normals, T: int, C: int) -> tuple[Array, Array]:
+    """Finds scores, (B, 2, M), and deviations, (B, 2, T, C), to start from: those of a fit, and zeros.
+
+    The log posterior may have several maxima (``fit_torques``).
+    """
+    S, f = model.selection.astype(float), model.deviation[:, 0]
+    P, q = fit_torques(model.holds, T)
+    mode, sd = (
+        (S @ np.broadcast_to(each, prior.mean.shape)[:, None, :, None])[..., 0]
+        for each in (prior.mean, model.sd[:, 0])
+    )
+    sd = np.where(sd > 0.0, sd, 1.0)
+    own = np.linalg.solve(P + np.eye(C) / sd[..., None] ** 2, (q + mode / sd**2)[..., None])[..., 0]
+    own = np.maximum(own, 1e-3 * sd)
+    spread = np.eye(C) + P * (f * own)[..., None, :] ** 2
+    precision = prior.precision + (S.mT @ np.linalg.solve(spread, P) @ S).sum(axis=1)
+    information = prior.information_vector + (S.mT @ np.linalg.solve(spread, q[..., None]))[..., 0].sum(axis=1)
+    sds = model.sd[:, 0]
+    mu = np.maximum(np.linalg.solve(precision, information[..., None])[..., 0], 1e-3 * sds)
+    z = -ndtri_exp(log_ndtr(-(mu - prior.mean) / sds) - model.log_share[:, 0])
+    d = np.where(
+        model.selection.any(axis=-1) & (f > 0.0),
+        own / np.maximum((S @ mu[:, None, :, None])[..., 0], 1e-300) - 1.0,
+        0.0,
+    )
+    d = d / np.where(f > 0.0, f, 1.0)
+    return np.stack([z, np.zeros_like(z)], axis=1), np.stack([d, np.zeros_like(d)], axis=1)
+
+
+def _choose_best(found: _Mode) -> _Mode:
+    """Returns the most probable of several modes by Laplace's method."""
+    z, d, point, curvature = found
+    rows, best = np.arange(len(z)), (point.value - 0.5 * curvature.log_det).argmax(axis=1)
+
+    def take(array: Array) -> Array:
+        return np.asarray(array[rows, best][:, None])
+
+    return _Mode(take(z), take(d), _Point(*map(take, point)), _Curvature(*map(take, curvature)))
+
+
 def _choose(where: Mask, one: Array, other: Array) -> Array:
     return np.where(where.reshape(*where.shape, *[1] * (one.ndim - 2)), one, other)
 
@@ -282,18 +295,19 @@ def compute_posterior(
         kinds: Index of the mean of each density, (B, T, C).
         is_used: True where a thing has that many densities, (B, T, C).
         deviation: SD of an object's density as a fraction of the mean, (B,).
-        things: Number of the thing of each observer whose densities are wanted, (B,); None for none.
+        things: Number of the thing of each observer whose densities are wanted, (B,), or of K things of a single
+            observer, (K,); None for none.
     """
     B, M = prior.mean.shape
-    touched = np.zeros(M, dtype=bool)
-    touched[kinds[is_used]] = True
-    related = (prior.covariance != 0.0).any(axis=0) | np.eye(M, dtype=bool)
-    touched = (np.linalg.matrix_power(related, M) & touched).any(axis=1)
-    if not touched.all():
-        return _leave_untouched(prior, holds, kinds, is_used, deviation, things, touched)
+    owned = ((kinds[..., None] == np.arange(M)) & is_used[..., None]).any(axis=2)  # (B, T, M)
+    joined = (prior.covariance != 0.0).any(axis=0) | np.eye(M, dtype=bool)
+    joined |= np.tensordot(owned.astype(float), owned.astype(float), ((0, 1), (0, 1))) > 0.0
+    joined = np.linalg.matrix_power(joined, M)
+    if not (joined.all() and owned.any()):
+        return _divide(prior, holds, kinds, is_used, deviation, things, joined, owned)
     model = _Model(prior, holds, kinds, is_used, deviation)
-    C = kinds.shape[2]
-    mode = _climb(model, *model.guess(), np.zeros((B, 1, M)), _SETTLED)
+    T, C = kinds.shape[1:]
+    mode = _choose_best(_climb(model, *_start(model, prior, T, C), np.zeros((B, 2, M)), _SETTLED))
     is_separate = C == 1 and not prior.covariance[:, ~np.eye(M, dtype=bool)].any()
     grid = (_tabulate_separate if is_separate else _tabulate)(model, mode)
     mean = (grid.mass * grid.mu).sum(axis=-1)
@@ -302,7 +316,7 @@ def compute_posterior(
     means = _restrict(mean, sd, center, covariance)
     if things is None:
         return Posterior(means, None, mean, sd)
-    rows, point = np.arange(B), mode.point
+    rows, point = np.broadcast_to(np.arange(B), things.shape), mode.point
     own_kinds, used = kinds[rows, things], is_used[rows, things]  # (B, C)
     at, f = (rows[:, None], own_kinds), deviation[:, None]
     cells = rows[:, None], own_kinds, slice(None), things[:, None], np.arange(C)
@@ -325,32 +339,56 @@ def compute_posterior(
     return Posterior(means, _restrict(own_mean, own_sd, own_center, own_covariance), mean, sd, slopes)
 
 
-def _leave_untouched(
+def _divide(
     prior: Normals,
     holds: Holds,
     kinds: NDArray[np.intp],
     is_used: Mask,
     deviation: Array,
     things: NDArray[np.intp] | None,
-    touched: Mask,
+    joined: Mask,
+    owned: Mask,
 ) -> Posterior:
-    """Computes the posterior of the mean densities that some hold concerns; all others keep their prior."""
-    chosen = np.flatnonzero(touched)
+    """Computes posteriors of groups of mean densities that no prior and no thing joins, apart from each other.
+
+    ``joined``, (M, M), tells which are of one group, and ``owned``, (B, T, M), which a thing has. A group that no
+    thing has keeps its prior.
+    """
+    B, M = prior.mean.shape
     mean, covariance = prior.mean.copy(), prior.covariance.copy()
-    sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-    own, slopes, (expected, sd) = None, None, compute_moments(mean, sds)
-    if len(chosen):
-        numbers = np.zeros(len(touched), dtype=np.intp)
-        numbers[chosen] = np.arange(len(chosen))
+    expected, sd = compute_moments(mean, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)))
+    own, slopes, rows = None, None, np.arange(B)
+    if things is not None:
+        rows, C = np.broadcast_to(rows, things.shape), kinds.shape[2]
+        own = Normals(np.ones((len(things), C)), np.tile(np.eye(C), (len(things), 1, 1)))
+        slopes = np.zeros((len(things), C, M))
+    for chosen in map(np.flatnonzero, np.unique(joined, axis=0)):
+        is_own = owned[..., chosen].any(axis=2)  # (B, T)
+        kept = np.flatnonzero(is_own.any(axis=0))
+        if not len(kept):
+            continue
+        is_felt = np.take_along_axis(is_own, holds.thing, axis=1) & (holds.count > 0)
+        of_group = Holds(*(array[:, is_felt.any(axis=0)] for array in holds))
+        is_felt = is_felt[:, is_felt.any(axis=0)]
+        numbers, places = np.zeros(M, dtype=np.intp), np.zeros(kinds.shape[1], dtype=np.intp)
+        numbers[chosen], places[kept] = np.arange(len(chosen)), np.arange(len(kept))
+        used = is_used[:, kept] & is_own[:, kept, None]
         found = compute_posterior(
-            prior.select(chosen), holds, np.where(is_used, numbers[kinds], 0), is_used, deviation, things
+            prior.select(chosen),
+            of_group._replace(thing=places[of_group.thing], count=np.where(is_felt, of_group.count, 0.0)),
+            np.where(used, numbers[kinds[:, kept]], 0),
+            used,
+            deviation,
+            None if things is None else places[things],
         )
-        own, mean[:, chosen] = found.own, found.means.mean
-        covariance[:, chosen[:, None], chosen] = found.means.covariance
+        mean[:, chosen], covariance[:, chosen[:, None], chosen] = found.means.mean, found.means.covariance
         expected[:, chosen], sd[:, chosen] = found.mean, found.sd
-        if found.slopes is not None:
-            slopes = np.zeros((*found.slopes.shape[:2], len(touched)))
-            slopes[..., chosen] = found.slopes
+        if things is not None and own is not None and slopes is not None:
+            assert found.own is not None
+            assert found.slopes is not None
+            here = np.flatnonzero(is_own[rows, things])
+            own.mean[here], own.covariance[here] = found.own.mean[here], found.own.covariance[here]
+            slopes[here[:, None, None], np.arange(C)[:, None], chosen] = found.slopes[here]
     return Posterior(Normals(mean, covariance), own, expected, sd, slopes)
 
 

@@ -5,7 +5,7 @@ entry, with the mean and the sum of squares of these. Evidence that is a quadrat
 a hold, too: as many torques as densities, with constant errors.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import SEEN, Likelihood
-from affordance.belief.normals import Normals
+from affordance.belief.normals import Normals, invert
 from affordance.belief.rows import Seen, State, pad
 
 # Entries of a state, with an axis for B observers: N holds of J joints, (B, N, ...), with C columns for the densities
@@ -67,23 +67,75 @@ def compute_log_likelihood(holds: Holds, rho: Array, *, is_expected: bool = Fals
 
     The variance of a torque grows with the torque itself, so its logarithm is a part of the likelihood. Errors of a
     thing's geometry are the same in all of its holds and are integrated over, with their determinant. If is_expected,
-    the second derivatives are expectations, as if densities were true and geometry exact; they are never positive.
+    the second derivatives are expectations, as if the densities were true; they are never positive.
     """
     size, n, T, C = rho.shape
-    N = holds.arm.shape[1]
-    place = np.broadcast_to(holds.thing[:, None, :, None], (size, n, N, C))
-    of_hold = np.take_along_axis(rho, place, axis=2)  # (B, n, N, C)
-    A = holds.regressor[:, None]  # (B, 1, N, J, C)
-    t = holds.arm[:, None] + (A * of_hold[..., None, :]).sum(axis=-1)  # (B, n, N, J)
-    value, first, second = _compare(holds, t, is_expected)
-    transposed = np.swapaxes(A, -1, -2)
-    by_density = (transposed @ first[..., None])[..., 0]
-    squares = (transposed @ (second[..., None] * A)).reshape(size, n, N, C * C)
-    owner = (holds.thing[:, None, :] == np.arange(T)[:, None]) & (holds.count > 0)[:, None, :]
-    columns = np.concatenate([value[..., None], by_density, squares], axis=-1)
-    sums = owner[:, None].astype(float) @ columns  # (B, n, T, 1 + C + C^2)
+    J = holds.arm.shape[2]
+    sums = np.zeros((size, n, T, 1 + C + C * C))
+    for part in _cut(holds, size * n * J * C):
+        A = part.regressor  # (B, N, J, C)
+        AA = (A[..., :, None] * A[..., None, :]).reshape(*A.shape[:3], C * C)
+        t = part.arm[:, None] + _multiply(_take_of_holds(part, rho), A.mT)
+        value, first, second = _compare(part, t, is_expected)
+        columns = [value[..., None], _multiply(first, A), _multiply(second, AA)]
+        _add_by_thing(sums, part, np.concatenate(columns, axis=-1))
     slopes = Slopes(sums[..., 0], sums[..., 1 : 1 + C], sums[..., 1 + C :].reshape(size, n, T, C, C))
-    return _correct_for_geometry(holds, rho, owner, slopes) if holds.errors.shape[2] and not is_expected else slopes
+    return _correct_for_geometry(holds, rho, slopes, is_expected) if holds.errors.shape[2] else slopes
+
+
+def fit_torques(holds: Holds, num_things: int) -> tuple[Array, Array]:
+    """Fits densities with the errors of torques that are as large as the measured ones, for a start.
+
+    At a density at which a joint bears hardly any torque, its error is small, so the log likelihood has several
+    maxima.
+
+    Returns: Precision, (B, T, C, C), and information vector, (B, T, C), of each thing's densities.
+    """
+    size, C = len(holds.thing), holds.regressor.shape[3]
+    sums = np.zeros((size, 1, num_things, C * C + C))
+    variance = holds.noise[..., :1] ** 2 + (holds.noise[..., 1:] * holds.tau) ** 2 + (holds.count == 0)[..., None]
+    weighted = holds.regressor.mT * (holds.weight[..., None] / variance)[..., None, :]  # (B, N, C, J)
+    precision = (weighted @ holds.regressor).reshape(*holds.thing.shape, C * C)
+    information = np.matvec(weighted, holds.tau - holds.arm)
+    _add_by_thing(sums, holds, np.concatenate([precision, information], axis=-1)[:, None])
+    return sums[:, 0, :, : C * C].reshape(size, num_things, C, C), sums[:, 0, :, C * C :]
+
+
+# Largest number of entries of an array for all holds; more holds are evaluated one part after the other.
+_LARGEST = 2_000_000
+_FEW = 32  # number of things whose sums are matrix products
+
+
+def _cut(holds: Holds, entries: int) -> Iterator[Holds]:
+    """Cuts the holds into parts, given the number of entries that one hold of each observer needs."""
+    N, step = holds.arm.shape[1], max(1, _LARGEST // max(entries, 1))
+    return (Holds(*(array[:, start : start + step] for array in holds)) for start in range(0, N, step))
+
+
+def _multiply(values: Array, matrices: Array) -> Array:
+    """Multiplies values, (B, n, N, K), by a matrix of each hold, (B, N, K, L); the result is (B, n, N, L)."""
+    return np.asarray((values.swapaxes(1, 2) @ matrices).swapaxes(1, 2))
+
+
+def _take_of_holds(holds: Holds, rho: Array) -> Array:
+    """Returns the densities of the thing of each hold, (B, n, N, C)."""
+    size, n, _, C = rho.shape
+    place = np.broadcast_to(holds.thing[:, None, :, None], (size, n, holds.thing.shape[1], C))
+    return np.take_along_axis(rho, place, axis=2)
+
+
+def _add_by_thing(sums: Array, holds: Holds, values: Array) -> None:
+    """Adds to sums of T things, (B, n, T, K), the values of their holds, (B, n, N, K)."""
+    T = sums.shape[2]
+    if len(sums) > 1 or T <= _FEW:
+        owner = (holds.thing[:, None, :] == np.arange(T)[:, None]) & (holds.count > 0)[:, None, :]
+        sums += owner[:, None].astype(float) @ values
+        return
+    # The matrix above would be too large for one observer with many things and holds.
+    thing, order = holds.thing[0], np.argsort(holds.thing[0], kind="stable")
+    order = order[holds.count[0, order] > 0]
+    starts = np.flatnonzero(np.diff(thing[order], prepend=-1))
+    sums[:, :, thing[order[starts]]] += np.add.reduceat(values[:, :, order], starts, axis=2)
 
 
 def _compare(holds: Holds, t: Array, is_expected: bool) -> tuple[Array, Array, Array]:
@@ -112,54 +164,72 @@ def _compare(holds: Holds, t: Array, is_expected: bool) -> tuple[Array, Array, A
     return value, first, second
 
 
-# Step of the finite differences by which the effect of geometry is differentiated, as a fraction of the densities.
+# Step of the central differences of the gradient of the effect of geometry, as a fraction of the densities.
 _STEP = 1e-4
 
 
-def _correct_for_geometry(holds: Holds, rho: Array, owner: Array, slopes: Slopes) -> Slopes:
+def _correct_for_geometry(holds: Holds, rho: Array, slopes: Slopes, is_expected: bool) -> Slopes:
     """Adds what changes if errors e ~ N(0, I) of each thing's geometry are integrated over: R = D + F F^T.
 
     log N(r; 0, R) = log N(r; 0, D) + b^T M^-1 b / 2 - log det M / 2 with M = I + F^T D^-1 F and b = F^T D^-1 r, sums
-    over the thing's holds. It is differentiated by central differences.
+    over the thing's holds. The second derivatives are central differences of the first.
     """
-    C = rho.shape[-1]
-    steps = _STEP * np.maximum(np.abs(rho), 1.0)
 
-    def evaluate(change: dict[int, float]) -> Array:
-        moved = rho.copy()
-        for c, times in change.items():
-            moved[..., c] += times * steps[..., c]
-        return _integrate_over_geometry(holds, moved, owner)
+    def evaluate(rho: Array) -> tuple[Array, Array, Array]:
+        M, b, K, dM, db = sum_geometry(holds, rho)
+        inverse = invert(M)
+        u = np.matvec(inverse, b)
+        value = 0.5 * (np.vecdot(u, b) - np.linalg.slogdet(M)[1])
+        square = inverse + u[..., :, None] * u[..., None, :]
+        gradient = np.matvec(db, u) - 0.5 * (dM * square[..., None, :, :]).sum(axis=(-2, -1))
+        return value, gradient, K @ inverse @ K.mT
 
-    here = evaluate({})
-    gradient, hessian = np.zeros_like(rho), np.zeros((*rho.shape, C))
-    for a in range(C):
-        up, down = evaluate({a: 1.0}), evaluate({a: -1.0})
-        gradient[..., a] = (up - down) / (2.0 * steps[..., a])
-        hessian[..., a, a] = (up - 2.0 * here + down) / steps[..., a] ** 2
-        for b in range(a):
-            corners = [evaluate({a: i, b: j}) * i * j for i in (1.0, -1.0) for j in (1.0, -1.0)]
-            hessian[..., a, b] = hessian[..., b, a] = sum(corners) / (4.0 * steps[..., a] * steps[..., b])
-    return Slopes(slopes.value + here, slopes.gradient + gradient, slopes.hessian + hessian)
+    value, gradient, unknown = evaluate(rho)
+    value, gradient = slopes.value + value, slopes.gradient + gradient
+    if is_expected:
+        return Slopes(value, gradient, slopes.hessian + unknown)
+    hessian = np.zeros((*rho.shape, rho.shape[-1]))
+    for c, axis in enumerate(np.eye(rho.shape[-1])):
+        step = _STEP * np.maximum(np.abs(rho[..., c, None]), 1.0)
+        hessian[..., c] = (evaluate(rho + axis * step)[1] - evaluate(rho - axis * step)[1]) / (2.0 * step)
+    return Slopes(value, gradient, slopes.hessian + 0.5 * (hessian + hessian.mT))
 
 
-def _integrate_over_geometry(holds: Holds, rho: Array, owner: Array) -> Array:
-    """Computes b^T M^-1 b / 2 - log det M / 2 of each thing, (B, n, T)."""
+def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
+    """Sums what all holds tell of the errors of geometry of each thing at given densities, (B, n, T, C).
+
+    Given the densities, the errors are normal with mean M^-1 b and covariance M^-1.
+
+    Returns: M, (B, n, T, Q, Q), b, (B, n, T, Q), and K = F^T D^-1 A, (B, n, T, C, Q), with A the torque per density,
+    and derivatives of M and b by densities, (B, n, T, C, Q, Q) and (B, n, T, C, Q).
+    """
     size, n, T, C = rho.shape
-    N, Q = holds.errors.shape[1:3]
-    place = np.broadcast_to(holds.thing[:, None, :, None], (size, n, N, C))
-    of_hold = np.take_along_axis(rho, place, axis=2)
-    t = holds.arm[:, None] + (holds.regressor[:, None] * of_hold[..., None, :]).sum(axis=-1)
-    F = (holds.errors[:, None] * of_hold[..., None, None, :]).sum(axis=-1)  # (B, n, N, Q, J)
-    threshold, fraction = holds.noise[:, None, :, None, 0], holds.noise[:, None, :, None, 1]
-    v = threshold**2 + (fraction * t) ** 2 + (holds.count == 0)[:, None, :, None]
-    weighted = F * (holds.weight[:, None, :, None] / v)[..., None, :]
-    M = (weighted @ np.swapaxes(F, -1, -2)).reshape(size, n, N, Q * Q)
-    b = (weighted @ (holds.tau[:, None] - t)[..., None])[..., 0]
-    sums = owner[:, None].astype(float) @ np.concatenate([M, b], axis=-1)
-    M, b = np.eye(Q) + sums[..., : Q * Q].reshape(size, n, T, Q, Q), sums[..., Q * Q :]
-    quadratic = (b * np.linalg.solve(M, b[..., None])[..., 0]).sum(axis=-1)
-    return np.asarray(0.5 * (quadratic - np.linalg.slogdet(M)[1]))
+    Q, J = holds.errors.shape[2:4]
+    ends = np.cumsum([Q * Q, Q, C * Q, C * Q * Q])
+    sums = np.zeros((size, n, T, ends[-1] + C * Q))
+    for part in _cut(holds, size * n * Q * max(J, (1 + C) * Q)):
+        of_hold = _take_of_holds(part, rho)
+        t = part.arm[:, None] + _multiply(of_hold, part.regressor.mT)
+        errors = part.errors.reshape(*part.errors.shape[:2], Q * J, C)
+        F = _multiply(of_hold, errors.mT).reshape(*t.shape[:3], Q, J)
+        threshold, fraction = part.noise[:, None, :, None, 0], part.noise[:, None, :, None, 1]
+        v = threshold**2 + (fraction * t) ** 2 + (part.count == 0)[:, None, :, None]
+        W = part.weight[:, None, :, None] / v
+        dW, r = -2.0 * fraction**2 * t / v * W, part.tau[:, None] - t  # derivative by the torque, and residual
+        weighted = F * W[..., None, :]
+        columns = [weighted @ F.mT, np.matvec(weighted, r), (weighted @ part.regressor[:, None]).mT]
+        dM, db = [], []
+        for c in range(C):
+            A, G = part.regressor[:, None, ..., c], part.errors[:, None, ..., c]
+            half = weighted @ G.mT
+            dM.append(half + half.mT + (F * (dW * A)[..., None, :]) @ F.mT)
+            db.append(np.matvec(G, W * r) + np.matvec(F, (dW * r - W) * A))
+        columns += [np.stack(dM, axis=3), np.stack(db, axis=3)]
+        _add_by_thing(sums, part, np.concatenate([each.reshape(*t.shape[:3], -1) for each in columns], axis=-1))
+    each_M, b, K, each_dM, each_db = np.split(sums, ends, axis=-1)
+    things = size, n, T
+    M = np.eye(Q) + each_M.reshape(*things, Q, Q)
+    return M, b, K.reshape(*things, C, Q), each_dM.reshape(*things, C, Q, Q), each_db.reshape(*things, C, Q)
 
 
 class Felt(NamedTuple):
@@ -249,7 +319,11 @@ class Felt(NamedTuple):
             log_p = slopes.value[:, 0, 0] + (rho * (eta[part] - 0.5 * product)).sum(axis=-1)
             return log_p, slopes.gradient[:, 0, 0] + eta[part] - product, slopes
 
-        rho, left = normals.mean.copy(), np.arange(len(rows))
+        P, q = (array[:, 0] for array in fit_torques(hold, 1))
+        fitted = np.linalg.solve(Lambda + P, (eta + q)[..., None])[..., 0]
+        left = np.arange(len(rows))
+        is_nearer = evaluate(fitted, left)[0] > evaluate(normals.mean, left)[0]
+        rho = np.where(is_nearer[:, None], fitted, normals.mean)
         here = evaluate(rho, left)
         for _ in range(_MOST_STEPS):
             log_p, gradient, slopes = here
@@ -284,15 +358,12 @@ class Felt(NamedTuple):
 
     def _find_peak(self, hold: Holds, rho: Array, rows: NDArray[np.intp]) -> Array:
         """Computes the log probability density of torques that equal the predicted ones, (N,)."""
-        if self.log_peak is not None:
-            return self.log_peak[rows]
         t = hold.arm[:, 0] + np.matvec(hold.regressor[:, 0], rho)
         variance = (hold.noise[:, 0, :1] ** 2 + (hold.noise[:, 0, 1:] * t) ** 2) / hold.weight[:, 0, None]
-        if not hold.errors.shape[2]:
-            return np.asarray(-0.5 * np.log(2.0 * np.pi * variance).sum(axis=-1))
-        F = (hold.errors[:, 0] * rho[:, None, None]).sum(axis=-1)
-        covariance = variance[..., None] * np.eye(t.shape[-1]) + np.swapaxes(F, 1, 2) @ F
-        return np.asarray(-0.5 * np.linalg.slogdet(2.0 * np.pi * covariance)[1])
+        peak = -0.5 * np.log(2.0 * np.pi * variance).sum(axis=-1) if self.log_peak is None else self.log_peak[rows]
+        F = (hold.errors[:, 0] * rho[:, None, None]).sum(axis=-1)  # (N, Q, J)
+        M = np.eye(F.shape[1]) + F / variance[:, None] @ F.mT
+        return np.asarray(peak - 0.5 * np.linalg.slogdet(M)[1])
 
 
 # Gain in log probability by a step below which it is the last one; largest numbers of steps and of halvings.
@@ -332,6 +403,38 @@ def add_hold(state: State, seen: Seen, felt: Felt) -> State:
     merged["hold_tau"][there] = tau + difference / (n + 1.0)
     merged["hold_squares"][there] += squares + difference**2 * n / (n + 1.0)
     return {**state, **merged}
+
+
+def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> State:
+    """Returns the state of a single observer with many more holds; see ``add_hold``, which adds one to many."""
+    number = np.array([*state["hold_thing"][0], *things], dtype=np.intp)
+    merged: State = {"hold_thing": number[None]}
+    for i, name in enumerate(OF_HOLDS[1:], 1):
+        rows = [*state[name][0], *(each.hold[i][0, 0] for each in felt)]
+        stacked = np.zeros((len(rows), *np.max([row.shape for row in rows], axis=0, initial=0).astype(int)))
+        for place, row in enumerate(rows):
+            stacked[place, *map(slice, row.shape)] = row
+        merged[name] = stacked[None]
+    same = ("hold_thing", "hold_noise", "hold_arm", "hold_regressor", "hold_errors")
+    keys = np.concatenate([merged[name].reshape(len(number), -1) for name in same], axis=1)
+    joins = merged["hold_weight"][0] == merged["hold_count"][0]
+    known: dict[object, int] = {}
+    place = np.array([known.setdefault(row.tobytes() if joins[i] else i, len(known)) for i, row in enumerate(keys)])
+    first = np.unique(place, return_index=True)[1]
+    count, tau = merged["hold_count"][0], merged["hold_tau"][0]
+
+    def total(values: Array) -> Array:
+        sums = np.zeros((len(first), *values.shape[1:]))
+        np.add.at(sums, place, values)
+        return sums
+
+    n = total(count)
+    mean = tau[first] + total(count[:, None] * (tau - tau[first][place])) / n[:, None]
+    squares = total(merged["hold_squares"][0] + count[:, None] * (tau - mean[place]) ** 2)
+    weight = np.where(joins[first], n, merged["hold_weight"][0, first])
+    merged = {name: array[:, first] for name, array in merged.items()}
+    found = {"hold_count": n, "hold_weight": weight, "hold_tau": mean, "hold_squares": squares}
+    return {**state, **merged, **{name: array[None] for name, array in found.items()}}
 
 
 def forget_things(state: State, things: Sequence[int]) -> State:

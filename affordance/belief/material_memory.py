@@ -5,7 +5,7 @@ brass-coloured objects. A colour that was never seen before has the broad prior.
 returns a new one. It contains its learner, so code that uses a memory need not know which learner it is.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -14,7 +14,7 @@ import numpy as np
 
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
-from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
+from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index, find_material
 from affordance.belief.density_belief import (
     EMPTY_BELIEF,
     Density,
@@ -23,7 +23,7 @@ from affordance.belief.density_belief import (
 )
 from affordance.belief.felt_object import AtHand, Thing
 from affordance.belief.holds import Felt
-from affordance.belief.learner import Groups, Learner, State, describe_prior
+from affordance.belief.learner import Groups, Learner, Seen, State, describe_prior
 from affordance.belief.learners import DENSITY, check_learner
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.one_density import OneDensity
@@ -35,6 +35,8 @@ from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
 from affordance.runs.random_streams import ObserverDraws
 
+# Number of trials that are added to a state at once.
+_BATCH = 10_000
 _CERTAIN_SD = 1e-3  # standard deviation of a known density, [kg/m^3]
 
 
@@ -226,6 +228,15 @@ class MaterialMemory:
 
         The appearance is compared with that of every lifted object. The prior is that of materials never met.
         """
+        memory, columns = self._look_at(appearance, prior)
+        assert memory.at_hand is not None
+        densities = DensityBelief.from_normals(memory.learner.expect(memory.state, memory.at_hand.seen))
+        return Recollection(memory, densities, memory.at_hand.thing.colours, columns)
+
+    def _look_at(
+        self, appearance: Sequence[PartAppearance], prior: Prior
+    ) -> "tuple[MaterialMemory, tuple[int, ...]]":
+        """Returns the memory with an object at hand, and the index of each part's density among the object's."""
         memory, columns, parts = self, list[int](), list[PartAppearance]()
         if not memory.colours:
             memory = memory.add_colours([part.colour for part in appearance if part.colour_sd == 0.0], prior)
@@ -234,13 +245,55 @@ class MaterialMemory:
             columns.append(column)
             parts.append(part._replace(colour=memory.colours[column]))
         colours = tuple(dict.fromkeys(columns))
-        same = (i for i, thing in enumerate(memory.things) if is_same_object(thing.appearance, parts))
-        number = next((i for i in same if set(memory.things[i].colours) == set(colours)), None)
+        alike = (i for i, thing in enumerate(memory.things) if set(thing.colours) == set(colours))
+        number = next((i for i in alike if is_same_object(memory.things[i].appearance, parts)), None)
         thing = Thing(tuple(parts), colours) if number is None else memory.things[number]
         at_hand = AtHand(thing, len(memory.things) if number is None else number)
         memory = replace(memory, state={**memory.state, **describe_prior(prior, 1)}, at_hand=at_hand)
-        densities = DensityBelief.from_normals(memory.learner.expect(memory.state, at_hand.seen))
-        return Recollection(memory, densities, thing.colours, tuple(map(thing.colours.index, columns)))
+        return memory, tuple(map(thing.colours.index, columns))
+
+    def remember(
+        self,
+        lifts: Iterable[tuple[Sequence[PartAppearance], Callable[[Seen, Sequence[int]], Felt]]],
+        prior: Prior,
+    ) -> "MaterialMemory":
+        """Learns from many trials as from one after the other, but computes the belief only at the end.
+
+        The learner must have one density for each colour.
+
+        Args:
+            lifts: Appearance of the object of each trial, and a function that returns what was felt of it, given the
+                thing, and the index of each part's density among those of the thing.
+            prior: Prior of materials never met.
+        """
+        memory, learner = self, self.learner
+        assert isinstance(learner, OneDensity)
+        known: dict[object, tuple[AtHand, tuple[int, ...]]] = {}
+        added: list[tuple[Seen, Felt]] = []
+
+        def settle() -> MaterialMemory:
+            settled = replace(memory, state=learner.add_many(memory.state, added)) if added else memory
+            added.clear()
+            return settled
+
+        for appearance, describe in lifts:
+            looks = tuple(appearance)
+            if (looks, len(memory.colours)) not in known:
+                # The belief about a new material follows from all that was felt before, if it may be a known one.
+                if any(find_material(part, memory.colours) is None for part in looks):
+                    memory = settle()
+                memory, columns = memory._look_at(looks, prior)
+                assert memory.at_hand is not None
+                if memory.at_hand.number == len(memory.things):
+                    memory = replace(memory, things=(*memory.things, memory.at_hand.thing))
+                known[looks, len(memory.colours)] = memory.at_hand, columns
+            at_hand, columns = known[looks, len(memory.colours)]
+            added.append((at_hand.seen, describe(at_hand.seen, columns)))
+            memory = replace(memory, num_lifts=memory.num_lifts + 1, at_hand=None)
+            if len(added) == _BATCH:
+                memory = settle()
+        memory = settle()
+        return replace(memory, state=learner.infer(memory.state)[0]) if memory.state else memory
 
     def learn(self, felt: Felt, deviation: float) -> Lesson:
         """Learns from a trial with the object recalled last.

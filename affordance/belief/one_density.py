@@ -13,7 +13,7 @@ from affordance.arrays import Array
 from affordance.belief.colour_recognition import CERTAIN
 from affordance.belief.density_belief import Prior
 from affordance.belief.exact import Posterior, compute_posterior
-from affordance.belief.holds import Felt, Holds, add_hold, forget_things, start_holds
+from affordance.belief.holds import Felt, Holds, add_hold, add_holds, forget_things, start_holds
 from affordance.belief.learner import Draws, Learner, Lesson, Seen, State, describe_start
 from affordance.belief.normals import Normals
 from affordance.belief.rows import make_room, pad
@@ -75,12 +75,14 @@ class OneDensity(Learner):
 
     def add(self, state: State, seen: Seen, felt: Felt) -> State:
         """Returns the state with one more hold, before the belief is computed anew."""
-        state = make_room(state, ("thing_kind", "has_colour"), seen)
-        there = np.arange(len(seen.things)), seen.things
-        for name, value in (("thing_kind", seen.colours), ("has_colour", True)):
-            state[name] = state[name].copy()
-            state[name][*there, : len(seen.colours)] = value
-        return add_hold(state, seen, felt)
+        return add_hold(_know(state, seen), seen, felt)
+
+    def add_many(self, state: State, lifts: Sequence[tuple[Seen, Felt]]) -> State:
+        """Returns the state of a single observer with many more holds, before the belief is computed anew."""
+        numbers = [int(seen.things[0]) for seen, _ in lifts]
+        for seen, _ in dict(zip(numbers, lifts, strict=True)).values():
+            state = _know(state, seen)
+        return add_holds(state, numbers, [felt for _, felt in lifts])
 
     def infer(self, state: State, seen: Seen | None = None) -> tuple[State, Posterior]:
         """Computes the belief from all holds; returns the state with it, and the posterior with the seen thing's."""
@@ -106,6 +108,7 @@ class OneDensity(Learner):
         best = int(probabilities.argmax())
         if probabilities[best] >= CERTAIN and best < len(known):
             return state, best
+        state = self.infer(state)[0] if known.any() else state  # holds may have been added since
         believed, mode, sd = self.believe(state), state["prior_mode"], state["prior_sd"]
         variances = np.diagonal(believed.covariance, axis1=1, axis2=2)
         mean = believed.mean @ known + new * mode
@@ -137,3 +140,13 @@ class OneDensity(Learner):
         precision = prior.precision + believed.precision - told.precision
         information = prior.information_vector + believed.information_vector - told.information_vector
         return self.set_prior(state, precision, information)
+
+
+def _know(state: State, seen: Seen) -> State:
+    """Returns the state with the colours of a thing."""
+    state = make_room(state, ("thing_kind", "has_colour"), seen)
+    there = np.arange(len(seen.things)), seen.things
+    for name, value in (("thing_kind", seen.colours), ("has_colour", True)):
+        state[name] = state[name].copy()
+        state[name][*there, : len(seen.colours)] = value
+    return state

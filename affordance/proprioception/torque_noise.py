@@ -146,7 +146,7 @@ class WhiteNoise(CheckedFields):
         return np.concatenate([(Y.T @ Y).ravel(), Y.T @ residual, [residual @ residual]])
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Returns what all samples tell, a quadratic log likelihood; the geometry is taken as exact."""
+        """Returns what all samples tell: a quadratic log likelihood."""
         sums = num_samples * features / self.sd**2
         YtY = sums[: NUM_PARAMETERS**2].reshape(NUM_PARAMETERS, NUM_PARAMETERS)
         log_scale = num_samples * num_joints * np.log(2.0 * np.pi * self.sd**2)
@@ -157,7 +157,7 @@ class WhiteNoise(CheckedFields):
             -0.5 * float(log_scale),
             num_samples * num_joints,
         )
-        return Felt.from_quadratic(of_body, geometry.Phi)
+        return Felt.from_quadratic(of_body, geometry.Phi, geometry.Phi_errors)
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
         """Returns zeros, because no error lasts a trial."""
