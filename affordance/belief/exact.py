@@ -39,6 +39,14 @@ _MOST_STEPS, _MOST_HALVINGS = 100, 40
 _LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in double precision
 
 
+class GivenMeans(NamedTuple):
+    """Normal distributions of an object's C densities given M mean densities, with a linear mean, for B observers."""
+
+    offset: Array  # mean at mean densities of zero, (B, C), [kg/m^3]
+    slopes: Array  # change with the mean densities, (B, C, M)
+    covariance: Array  # (B, C, C), [(kg/m^3)^2]
+
+
 class Posterior(NamedTuple):
     """Posterior of mean densities, and of the densities of one object, for B observers, [kg/m^3]."""
 
@@ -46,7 +54,8 @@ class Posterior(NamedTuple):
     own: Normals | None  # unrestricted normals of the object's C densities, (B, C)
     mean: Array  # means of the mean densities, (B, M)
     sd: Array  # SDs of the mean densities, (B, M)
-    slopes: Array | None = None  # change of the object's densities with the mean densities, (B, C, M)
+    given_means: GivenMeans | None = None  # the object's densities given the mean densities
+    log_evidence: float | Array = 0.0  # log probability density of all that was felt, by Laplace's method, (B,)
 
 
 class _Point(NamedTuple):
@@ -77,6 +86,9 @@ class _Model:
         self.sd = np.sqrt(np.diagonal(prior.covariance, axis1=1, axis2=2))[:, None]  # (B, 1, M)
         self.mode = prior.mean[:, None]
         self.log_share = log_ndtr(self.mode / self.sd)
+        # Log of the prior's normalising constant; its share of positive densities is that of independent ones.
+        quadratic = (self.mode * self.information).sum(axis=(1, 2))
+        self.log_scale = 0.5 * (np.linalg.slogdet(prior.precision)[1] - quadratic) - self.log_share.sum(axis=(1, 2))
 
     def take(self, rows: NDArray[np.intp]) -> "_Model":
         """Returns the model of some observers."""
@@ -300,8 +312,9 @@ def compute_posterior(
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
     center, covariance = _expand(model, mode)
     means = _restrict(mean, sd, center, covariance)
+    log_evidence = model.log_scale + (mode.point.value - 0.5 * mode.curvature.log_det)[:, 0]
     if things is None:
-        return Posterior(means, None, mean, sd)
+        return Posterior(means, None, mean, sd, None, log_evidence)
     rows, point = np.arange(B), mode.point
     own_kinds, used = kinds[rows, things], is_used[rows, things]  # (B, C)
     at, f = (rows[:, None], own_kinds), deviation[:, None]
@@ -319,10 +332,13 @@ def compute_posterior(
     ]
     own_covariance = slopes @ covariance @ np.swapaxes(slopes, 1, 2)
     alone = scale[..., None] * invert(point.D[rows, 0, things]) * scale[:, None, :]
-    own_covariance += np.where(used[..., None] & used[:, None], alone, np.eye(used.shape[1]))
+    alone = np.where(used[..., None] & used[:, None], alone, np.eye(used.shape[1]))
+    own_covariance += alone
     own_center = point.mu[:, 0][at] * e + np.matvec(slopes, center - point.mu[:, 0])
     own_mean, own_sd = np.where(used, own_mean, 1.0), np.where(used, own_sd, 1.0)
-    return Posterior(means, _restrict(own_mean, own_sd, own_center, own_covariance), mean, sd, slopes)
+    own_normals = _restrict(own_mean, own_sd, own_center, own_covariance)
+    given_means = GivenMeans(own_center - np.matvec(slopes, center), slopes, alone)
+    return Posterior(means, own_normals, mean, sd, given_means, log_evidence)
 
 
 def _leave_untouched(
@@ -338,20 +354,22 @@ def _leave_untouched(
     chosen = np.flatnonzero(touched)
     mean, covariance = prior.mean.copy(), prior.covariance.copy()
     sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
-    own, slopes, (expected, sd) = None, None, compute_moments(mean, sds)
+    own, given_means, log_evidence = None, None, np.zeros(len(mean))
+    expected, sd = compute_moments(mean, sds)
     if len(chosen):
         numbers = np.zeros(len(touched), dtype=np.intp)
         numbers[chosen] = np.arange(len(chosen))
         found = compute_posterior(
             prior.select(chosen), holds, np.where(is_used, numbers[kinds], 0), is_used, deviation, things
         )
-        own, mean[:, chosen] = found.own, found.means.mean
+        own, mean[:, chosen], log_evidence = found.own, found.means.mean, np.asarray(found.log_evidence)
         covariance[:, chosen[:, None], chosen] = found.means.covariance
         expected[:, chosen], sd[:, chosen] = found.mean, found.sd
-        if found.slopes is not None:
-            slopes = np.zeros((*found.slopes.shape[:2], len(touched)))
-            slopes[..., chosen] = found.slopes
-    return Posterior(Normals(mean, covariance), own, expected, sd, slopes)
+        if found.given_means is not None:
+            slopes = np.zeros((*found.given_means.slopes.shape[:2], len(touched)))
+            slopes[..., chosen] = found.given_means.slopes
+            given_means = found.given_means._replace(slopes=slopes)
+    return Posterior(Normals(mean, covariance), own, expected, sd, given_means, log_evidence)
 
 
 def _expand(model: _Model, mode: _Mode) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.listed_options import list_options
 from affordance.choice.options import Option, add_weighings
-from affordance.choice.weighed import WeighedObject, compute_likelihood, condition_on_weighings
+from affordance.choice.weighed import WeighedObject, condition_on_weighings
 from affordance.extensions.advice.known_materials import learn_weighings
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
