@@ -205,8 +205,9 @@ def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
 
 
 def _recall_looks(place: str | None, settings: Settings) -> dict[str, Appearance]:
-    """Reads the look of each object that was held, by its name; empty without a memory."""
+    """Reads the look of each object that was held, by its names; empty without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:
-        return {name: thing.parts for name, thing in ledger.sum(settings.prior).things.items()}
+        memory, found = ledger.review(settings.prior)
+    return {", ".join(each.names): thing.appearance for each, thing in zip(found, memory.things, strict=True)}

@@ -54,17 +54,16 @@ def test_truths_lie_uniformly_in_posteriors_of_what_is_felt_at_rest(at_rest):
 class Overconfident(WeberNoise):
     """Weber noise whose likelihood takes errors for half of their size."""
 
-    def compute_likelihood(self, *arguments):
-        noise = WeberNoise(0.5 * self.weber_fraction, 0.5 * self.threshold)
-        return noise.compute_likelihood(*arguments)
+    def describe(self, *arguments):
+        return WeberNoise(0.5 * self.weber_fraction, 0.5 * self.threshold).describe(*arguments)
 
 
 @dataclasses.dataclass(frozen=True)
 class OverconfidentWhite(WhiteNoise):
     """White noise whose likelihood takes errors for half of their size."""
 
-    def compute_likelihood(self, *arguments):
-        return WhiteNoise(0.5 * self.sd).compute_likelihood(*arguments)
+    def describe(self, *arguments):
+        return WhiteNoise(0.5 * self.sd).describe(*arguments)
 
 
 def find_positions_of_what_was_felt(config, draws):
