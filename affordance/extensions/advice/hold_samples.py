@@ -170,7 +170,9 @@ class HoldSamples:
     def _find_felt(self, number: int) -> Likelihood:
         """Finds the quadratic log likelihood of the own densities of an object that was held, from all of its holds.
 
-        It agrees with the exact one at the most probable densities for the prior of any material.
+        It agrees with the exact one at the most probable densities for the prior of any material. Densities drawn
+        with it have means right to 2 % and SDs to 5 % where objects differ by a factor of 1.3 (against quadrature);
+        with a factor of 2 SDs are up to 9 % too small, but then it is almost certain that one of them is odd.
         """
         size = len(self._memory.things[number].colours)
         holds = Holds.of(forget_things(self._memory.state, [number]))
