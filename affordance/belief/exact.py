@@ -39,6 +39,14 @@ _MOST_STEPS, _MOST_HALVINGS = 100, 40
 _LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in double precision
 
 
+class GivenMeans(NamedTuple):
+    """Normal distributions of an object's C densities given M mean densities, with a linear mean, for B observers."""
+
+    offset: Array  # mean at mean densities of zero, (B, C), [kg/m^3]
+    slopes: Array  # change with the mean densities, (B, C, M)
+    covariance: Array  # (B, C, C), [(kg/m^3)^2]
+
+
 class Posterior(NamedTuple):
     """Posterior of mean densities, and of the densities of one object, for B observers, [kg/m^3]."""
 
@@ -46,7 +54,8 @@ class Posterior(NamedTuple):
     own: Normals | None  # unrestricted normals of the object's C densities, (B, C)
     mean: Array  # means of the mean densities, (B, M)
     sd: Array  # SDs of the mean densities, (B, M)
-    slopes: Array | None = None  # change of the object's densities with the mean densities, (B, C, M)
+    given_means: GivenMeans | None = None  # the object's densities given the mean densities
+    log_evidence: float | Array = 0.0  # log probability density of all that was felt, by Laplace's method, (B,)
 
 
 class _Point(NamedTuple):
@@ -77,6 +86,9 @@ class _Model:
         self.sd = np.sqrt(np.diagonal(prior.covariance, axis1=1, axis2=2))[:, None]  # (B, 1, M)
         self.mode = prior.mean[:, None]
         self.log_share = log_ndtr(self.mode / self.sd)
+        # Log of the prior's normalising constant; its share of positive densities is that of independent ones.
+        quadratic = (self.mode * self.information).sum(axis=(1, 2))
+        self.log_scale = 0.5 * (np.linalg.slogdet(prior.precision)[1] - quadratic) - self.log_share.sum(axis=(1, 2))
 
     def take(self, rows: NDArray[np.intp]) -> "_Model":
         """Returns the model of some observers."""
@@ -314,8 +326,9 @@ def compute_posterior(
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
     center, covariance = _expand(model, mode)
     means = _restrict(mean, sd, center, covariance)
+    log_evidence = model.log_scale + (mode.point.value - 0.5 * mode.curvature.log_det)[:, 0]
     if things is None:
-        return Posterior(means, None, mean, sd)
+        return Posterior(means, None, mean, sd, None, log_evidence)
     rows, point = np.broadcast_to(np.arange(B), things.shape), mode.point
     own_kinds, used = kinds[rows, things], is_used[rows, things]  # (B, C)
     at, f = (rows[:, None], own_kinds), deviation[:, None]
@@ -333,10 +346,13 @@ def compute_posterior(
     ]
     own_covariance = slopes @ covariance @ np.swapaxes(slopes, 1, 2)
     alone = scale[..., None] * invert(point.D[rows, 0, things]) * scale[:, None, :]
-    own_covariance += np.where(used[..., None] & used[:, None], alone, np.eye(used.shape[1]))
+    alone = np.where(used[..., None] & used[:, None], alone, np.eye(used.shape[1]))
+    own_covariance += alone
     own_center = point.mu[:, 0][at] * e + np.matvec(slopes, center - point.mu[:, 0])
     own_mean, own_sd = np.where(used, own_mean, 1.0), np.where(used, own_sd, 1.0)
-    return Posterior(means, _restrict(own_mean, own_sd, own_center, own_covariance), mean, sd, slopes)
+    own_normals = _restrict(own_mean, own_sd, own_center, own_covariance)
+    given_means = GivenMeans(own_center - np.matvec(slopes, center), slopes, alone)
+    return Posterior(means, own_normals, mean, sd, given_means, log_evidence)
 
 
 def _divide(
@@ -357,11 +373,12 @@ def _divide(
     B, M = prior.mean.shape
     mean, covariance = prior.mean.copy(), prior.covariance.copy()
     expected, sd = compute_moments(mean, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)))
-    own, slopes, rows = None, None, np.arange(B)
+    own, given_means, rows, log_evidence = None, None, np.arange(B), np.zeros(B)
     if things is not None:
         rows, C = np.broadcast_to(rows, things.shape), kinds.shape[2]
-        own = Normals(np.ones((len(things), C)), np.tile(np.eye(C), (len(things), 1, 1)))
-        slopes = np.zeros((len(things), C, M))
+        unit = np.tile(np.eye(C), (len(things), 1, 1))
+        own = Normals(np.ones((len(things), C)), unit)
+        given_means = GivenMeans(np.ones((len(things), C)), np.zeros((len(things), C, M)), unit.copy())
     for chosen in map(np.flatnonzero, np.unique(joined, axis=0)):
         is_own = owned[..., chosen].any(axis=2)  # (B, T)
         kept = np.flatnonzero(is_own.any(axis=0))
@@ -383,13 +400,16 @@ def _divide(
         )
         mean[:, chosen], covariance[:, chosen[:, None], chosen] = found.means.mean, found.means.covariance
         expected[:, chosen], sd[:, chosen] = found.mean, found.sd
-        if things is not None and own is not None and slopes is not None:
+        log_evidence = log_evidence + found.log_evidence
+        if things is not None and own is not None and given_means is not None:
             assert found.own is not None
-            assert found.slopes is not None
+            assert found.given_means is not None
             here = np.flatnonzero(is_own[rows, things])
             own.mean[here], own.covariance[here] = found.own.mean[here], found.own.covariance[here]
-            slopes[here[:, None, None], np.arange(C)[:, None], chosen] = found.slopes[here]
-    return Posterior(Normals(mean, covariance), own, expected, sd, slopes)
+            offset, slopes, rest = found.given_means
+            given_means[0][here], given_means[2][here] = offset[here], rest[here]
+            given_means.slopes[here[:, None, None], np.arange(C)[:, None], chosen] = slopes[here]
+    return Posterior(Normals(mean, covariance), own, expected, sd, given_means, log_evidence)
 
 
 def _expand(model: _Model, mode: _Mode) -> tuple[Array, Array]:

@@ -84,6 +84,12 @@ class OneDensity(Learner):
             state = _know(state, seen)
         return add_holds(state, numbers, [felt for _, felt in lifts])
 
+    def leave_out(self, state: State, things: Sequence[int]) -> State:
+        """Returns the state as if some things had never been held, before the belief is computed anew."""
+        kept = [thing for thing in range(state["thing_kind"].shape[1]) if thing not in things]
+        of_things = {name: state[name][:, kept] for name in ("thing_kind", "has_colour")}
+        return {**forget_things(state, kept), **of_things}
+
     def infer(self, state: State, seen: Seen | None = None) -> tuple[State, Posterior]:
         """Computes the belief from all holds; returns the state with it, and the posterior with the seen thing's."""
         posterior = compute_posterior(
