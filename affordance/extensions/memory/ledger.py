@@ -370,6 +370,8 @@ class Ledger:
         try:
             with np.errstate(over="raise", divide="raise", invalid="raise"):
                 yield
+        except BadValueError:  # it names its place
+            raise
         except (np.linalg.LinAlgError, FloatingPointError, AffordanceError) as error:
             raise BadValueError(self.place, key, f"cannot be learned from: {error}") from error
 
