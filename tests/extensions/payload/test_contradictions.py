@@ -74,6 +74,21 @@ def test_torques_without_the_arm_s_own_are_found_in_either_direction(robot):
     assert _say(robot, _describe(replace(without, signal=0.1 * without.signal), compensates_arm=True)) == []
 
 
+@pytest.mark.parametrize("kind", [SignalKind.JOINT_TORQUE, SignalKind.MOTOR_TORQUE])
+def test_torques_without_gravity_alone_or_without_all_of_the_arm_s_own_are_told_apart(robot, kind):
+    """A controller that subtracts the torque at rest leaves friction and the inertia of the links in the signal."""
+    truth = replace(_TRUTH, file_error=0.0)
+    run = generate_run(robot, None, truth=truth, rng=np.random.default_rng(3), kind=kind)
+    v, rest = run.v, np.zeros_like(run.v)
+    for motion, key in (((rest, rest), "gravity"), ((v, np.gradient(v, run.times, axis=0)), "arm")):
+        without = replace(run, signal=run.signal - 0.95 * robot.compute_arm_torques(run.q, *motion))
+        (said,) = _say(robot, without)
+        assert said.startswith("the signals lack the arm's own weight")
+        assert said.endswith(f"(compensates: {key})")
+        described = {"compensates_arm": True, "leaves_inertia": key == "gravity"}
+        assert _say(robot, _describe(without, **described)) == []
+
+
 def _hold(robot, signal, q, kind=SignalKind.WRENCH):
     return Run("held", RunDescription(robot.joint_names, kind, postures=True), 0.5 * np.arange(len(q)), q, signal)
 

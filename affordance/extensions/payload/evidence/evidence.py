@@ -274,9 +274,11 @@ def build_evidence(
 def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
     """Adds the torques that a run's controller subtracted back to its signal, gain of shape (n,); (N, n)."""
     description, signal = run.description, prepared.signal
+    rest = np.zeros_like(prepared.v)
+    motion = (prepared.q, rest, rest) if description.leaves_inertia else prepared.motion
     if description.compensates_arm:
-        signal = signal + gain * robot.compute_arm_torques(*prepared.motion)
+        signal = signal + gain * robot.compute_arm_torques(*motion)
     if description.compensated_payload.any():
-        payload = robot.compute_payload_regressors(*prepared.motion) @ description.compensated_payload
+        payload = robot.compute_payload_regressors(*motion) @ description.compensated_payload
         signal = signal + gain * payload
     return signal

@@ -68,6 +68,7 @@ class RunDescription:
         base: Link in whose frame gravity is given; empty for the first link of the chain.
         gravity: Gravity in the base frame, shape (3,), [m/s^2].
         compensates_arm: True if the controller has subtracted the arm's own torque from the signal.
+        leaves_inertia: True if what it has subtracted is the torque due to gravity alone, at each posture.
         compensated_payload: Ten parameters, at the tip, of a payload whose torque the controller has subtracted,
             shape (10,).
         reference_mass: Mass of the load, [kg]; None if it was not weighed.
@@ -81,6 +82,7 @@ class RunDescription:
     base: str = ""
     gravity: tuple[float, float, float] = GRAVITY
     compensates_arm: bool = False
+    leaves_inertia: bool = False
     compensated_payload: Array = field(default_factory=lambda: np.zeros(10))
     reference_mass: float | None = None
     object_pose: Array = field(default_factory=lambda: np.eye(4))
