@@ -222,7 +222,8 @@ def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
     )  # (N, 3, 3): force of one kilogram with gravity along each axis
     moments = run.signal[::every, 3:]
     if _are_in_base(columns / length, compute_force_regressors(robot, q)[:, 3:, 1:4], moments):
-        return ("the moments do not turn with the sensor: the wrench seems to be given along the base's axes",)
+        seems = "the wrench seems to be given along the base's axes (wrench_axes: base)"
+        return (f"the moments do not turn with the sensor: {seems}",)
     varied = columns - columns.mean(axis=0)
     forces = forces - forces.mean(axis=0)
     flat, b = varied.reshape(-1, 3), forces.ravel()
@@ -246,15 +247,14 @@ def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
 
 
 def _are_in_base(rotations: Array, regressors: Array, moments: Array) -> bool:
-    """Returns whether moments follow the load's first moment in the base's axes, not in the sensor's.
+    """Returns whether moments follow the load only once they are turned from the base's axes to the sensor's.
 
     Args:
         rotations: Rotations from the base to the sensor, up to a common sign, shape (N, 3, 3).
         regressors: Moments at rest per first moment, along the sensor's axes, shape (N, 3, 3).
         moments: Recorded moments, shape (N, 3), [N m].
     """
-    in_base = rotations.transpose(0, 2, 1) @ regressors
-    left, of_base = (_leave(each, moments) for each in (regressors, in_base))
+    left, of_base = (_leave(regressors, each) for each in (moments, (rotations @ moments[..., None])[..., 0]))
     return of_base < min(1.0 - _EXPLAINED, left / _BETTER)
 
 

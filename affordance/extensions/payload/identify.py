@@ -17,7 +17,7 @@ from affordance.extensions.payload.evidence.evidence import Evidence
 from affordance.extensions.payload.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.extensions.payload.evidence.paired_runs import build_paired_evidence
 from affordance.extensions.payload.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
-from affordance.extensions.payload.evidence.wrist_sensor import build_wrist_evidence
+from affordance.extensions.payload.evidence.wrist_sensor import build_wrist_evidence, express_in_sensor
 from affordance.extensions.payload.excitation.more_motion import suggest_motion, suggest_posture, suggest_run
 from affordance.extensions.payload.posterior.calibration import (
     SCALE_SD,
@@ -102,8 +102,7 @@ def identify(
         arm = arm.chain if isinstance(arm, ArmOwner) else check_kind("arm", arm, SerialChain, hint)
     _check_arguments(runs, gains, seen, settings)
     check_number("deviation", deviation, 0.0, 1.0)
-    loaded = runs.loaded.arrange(arm.joint_names)
-    empty = [run.arrange(arm.joint_names) for run in runs.empty]
+    loaded, *empty = (express_in_sensor(arm, run.arrange(arm.joint_names)) for run in (runs.loaded, *runs.empty))
     _check_kinds(loaded, empty)
     for run in (*empty, loaded):
         run.check_rates(arm.velocity_limits, arm.limits, arm.source)

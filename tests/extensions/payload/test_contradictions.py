@@ -141,4 +141,18 @@ def test_forces_a_second_late_and_a_wrench_along_the_axes_of_the_base_are_named(
     of_axes = [compute_force_regressors(robot.with_gravity(axis), run.q)[:, :3, 0] for axis in np.eye(3)]
     in_base = np.einsum("nib,nci->ncb", np.stack(of_axes, axis=2), run.signal.reshape(-1, 2, 3)).reshape(-1, 6)
     (sentence,) = find_contradictions(robot, replace(run, signal=in_base), DEFAULT_SETTINGS)
-    assert "along the base's axes" in sentence
+    assert sentence.endswith("along the base's axes (wrench_axes: base)")
+
+
+def test_a_wrench_along_the_axes_of_the_base_is_turned_if_its_description_says_so(robot, rng):
+    """Of held postures and a motion the mass and the centre are then right; without the key they are doubted."""
+    q = draw_postures(30, rng)
+    held = _hold(robot, generate_wrench(robot, q, PAYLOAD, rng), q)
+    moved = generate_run(robot, PAYLOAD, truth=Truth(), rng=rng, kind=SignalKind.WRENCH)
+    for run in (held, moved):
+        R = robot.compute_motion(run.q, 0.0 * run.q, 0.0 * run.q).R_WT
+        in_base = replace(run, signal=np.einsum("nij,nkj->nki", R, run.signal.reshape(-1, 2, 3)).reshape(-1, 6))
+        found = identify(robot, Runs(_describe(in_base, wrench_in_base=True)), settings=_FAST)
+        assert found.doubts == ()
+        np.testing.assert_allclose(found.parameters[:4], PAYLOAD[:4], atol=4.0 * found.mass_sd)
+        assert any("(wrench_axes: base)" in each for each in identify(robot, Runs(in_base), settings=_FAST).doubts)

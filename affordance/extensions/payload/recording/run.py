@@ -74,6 +74,7 @@ class RunDescription:
         reference_mass: Mass of the load, [kg]; None if it was not weighed.
         object_pose: Pose of the held tool in the tip, X_tip_T, shape (4, 4).
         postures: True if each row is a posture in which the arm was held at rest, so that times have no meaning.
+        wrench_in_base: True if force and torque about the tip's origin are along the base's axes, not the tip's.
     """
 
     joint_names: tuple[str, ...]
@@ -87,6 +88,7 @@ class RunDescription:
     reference_mass: float | None = None
     object_pose: Array = field(default_factory=lambda: np.eye(4))
     postures: bool = False
+    wrench_in_base: bool = False
 
     def __post_init__(self) -> None:
         """Checks the types and shapes of the fields.
@@ -112,7 +114,8 @@ class Run:
         description: Description of the table.
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
-        signal: Signals, shape (N, n); for a wrench (N, 6): force, then torque, on the held object, at the tip.
+        signal: Signals, shape (N, n); for a wrench (N, 6): force, then torque, on the held object, at the tip,
+            along its axes unless the description says otherwise.
         v: Joint velocities, shape (N, n), [rad/s]; None to derive them from the angles.
         vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them from the velocities.
         rows: Row of the file that holds each sample, shape (N,), for messages; None for the sample's number, from 1.

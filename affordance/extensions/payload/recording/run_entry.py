@@ -15,6 +15,7 @@ compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.
 reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
 force_on: object                       # or robot: the body on which the wrench acts
+wrench_axes: sensor                    # or base: the axes along which force and torque about the sensor are given
 postures: true                         # each row is a posture in which the arm was held at rest; no time is needed
 skip_rows: 2                           # number of rows above the table
 topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
@@ -258,6 +259,11 @@ class RunEntry(DataModel):
         _Word({"object": 1.0, "robot": -1.0}),
         _describe("Body on which a wrench acts: the object or the robot.", "object"),
     ] = 1.0
+    wrench_axes: Annotated[
+        bool,
+        _Word({"sensor": False, "base": True}),
+        _describe("Axes along which a wrench about the sensor's origin is given: sensor or base.", "sensor"),
+    ] = False
     postures: Annotated[
         bool | None,
         Field(description="true if the arm was held at rest in postures; by default inferred from the columns."),
@@ -281,4 +287,5 @@ class RunEntry(DataModel):
             reference_mass=self.reference_mass,
             object_pose=np.eye(4) if pose is None else pose.build(),
             postures=postures,
+            wrench_in_base=self.wrench_axes,
         )

@@ -86,6 +86,8 @@ def test_a_wrist_wrench_pushes_the_robot_or_the_object(tmp_path):
     assert on_object.description.kind is SignalKind.WRENCH
     assert_allclose(on_object.signal, wrench)
     assert_allclose(on_robot.signal, -wrench)
+    in_base = read_run(_write(tmp_path, header, [_TIMES, _Q, wrench], "wrench_axes: base\n", "c.csv"))
+    assert (on_object.description.wrench_in_base, in_base.description.wrench_in_base) == (False, True)
 
 
 @pytest.mark.parametrize("key", ["arm", "gravity"])
@@ -206,6 +208,7 @@ def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp
         ("columns: frankalib", "columns: is 'frankalib', must be a list of names, a mapping, or standard"),
         ("skip_rows: 2.5", "skip_rows: is 2.5, must be a whole number"),
         ("compensates: legs", "compensates: is 'legs', must be nothing or arm or gravity"),
+        ("wrench_axes: world", "wrench_axes: is 'world', must be sensor or base"),
         ("force_on: [robot]", "force_on: is ['robot'], must be object or robot"),
         ("object_pose: {rpy_deg: [0, 0, 1]}", "object_pose.position: is missing"),
         ("compensated_payload: {mass: -1, com: [0, 0, 0]}", "compensated_payload.mass: is -1, must be from 0"),
