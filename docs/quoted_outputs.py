@@ -24,15 +24,15 @@ ROOT = Path(__file__).resolve().parents[1]
 # Width of what is quoted, as on pages of the site, [characters].
 WIDTH = 88
 # Folders of the repository that commands on pages name.
-_FOLDERS = ("models", "examples")
+_FOLDERS = ("models", "examples", "studies")
 _BLOCK = re.compile(
     r"(?P<notes>(?:^<!-- .*? -->\n)*)^```(?P<language>[^\n]*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL
 )
 _COMMAND = re.compile(r"^\$ ((?:.*\\\n)*.*)\n", re.MULTILINE)
 _REPEATED = re.compile(r'(?P<mark><!--="(?P<pattern>[^"]+)"-->)(?P<text>.*?)<!--/-->')
 _LEFT_OUT = "..."
-# What differs from day to day.
-_DAY = re.compile(r"\d{4}-\d{2}-\d{2}")
+# What differs from run to run: days, and the time that a command took.
+_CHANGING = re.compile(r"\d{4}-\d{2}-\d{2}|(?<=written in )[\d.]+ s")
 
 
 class Block(NamedTuple):
@@ -168,12 +168,12 @@ def _compare(shown: list[str], found: list[str]) -> float:
 
 
 def _quote(said: str, shown: str) -> str:
-    """Makes the text that is to stand on the page of an output; what is shown stays if only days differ."""
+    """Makes the text that is to stand on the page of an output; what is shown stays if only days and durations differ."""
     for folder in (os.getcwd(), str(ROOT)):  # noqa: PTH109, as commands print it
         said = said.replace(f"{folder}/", "")
     said = "".join(f"{line.rstrip()}\n" for line in said.rstrip().splitlines())
     said = leave_out(said, shown)
-    return shown if _DAY.sub("DAY", said) == _DAY.sub("DAY", shown) else said
+    return shown if _CHANGING.sub("", said) == _CHANGING.sub("", shown) else said
 
 
 def remake(text: str, folder: Path, minutes: bool) -> str:
