@@ -168,7 +168,7 @@ def _compare(shown: list[str], found: list[str]) -> float:
 
 
 def _quote(said: str, shown: str) -> str:
-    """Makes the text that is to stand on the page of an output; what is shown stays if only days and durations differ."""
+    """Makes the text that is to stand on the page of an output; what is shown stays if only dates differ."""
     for folder in (os.getcwd(), str(ROOT)):  # noqa: PTH109, as commands print it
         said = said.replace(f"{folder}/", "")
     said = "".join(f"{line.rstrip()}\n" for line in said.rstrip().splitlines())
