@@ -107,7 +107,7 @@ def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[Paylo
     freedom. Each channel takes each quantile of it once, in a random order of its own (a Latin hypercube). Fewer than
     one error counts as one, because quantiles would be unbounded.
     """
-    freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics), 1.0)
+    freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics, fit.weights), 1.0)
     middles = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
     rng = np.random.default_rng(0)
     quantiles = np.array([rng.permutation(chdtri(each, middles)) for each in freedom])
