@@ -9,6 +9,7 @@ import logging
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -188,7 +189,7 @@ def remake(text: str, folder: Path, minutes: bool) -> str:
         The page with the outputs that were found.
     """
     for name in _FOLDERS:
-        (folder / name).symlink_to(ROOT / name)
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     blocks, bodies, printed = list_blocks(text), [], ""
     with contextlib.chdir(folder):
         for block in blocks:
