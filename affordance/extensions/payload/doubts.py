@@ -17,7 +17,7 @@ from affordance.exceptions import BadValueError
 from affordance.extensions.payload.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.extensions.payload.evidence.gains import Gains
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
-from affordance.extensions.payload.posterior.payload_fit import build_channel_prior, fit_payload
+from affordance.extensions.payload.posterior.payload_fit import build_channel_prior, fit_payload, measure_axes
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.recording.joint_rates import find_lag
 from affordance.extensions.payload.recording.preparation import prepare
@@ -81,11 +81,6 @@ _LEAST_SIGNAL = 0.3
 # Largest shift of a gain from its value before the run, and of a weighed mass, in standard deviations. Chance exceeds
 # it once in 1.7 million if the errors are normal, and once in 1,200 if the standard deviations are a third too small.
 _MOST_SHIFT = 5.0
-# What gains beyond that shift mean, by whether the sensor is at the wrist.
-_WRONG_GAINS = {
-    False: "these are the gains of another robot or of another signal",
-    True: "the sensor's scale or axes are wrong, or the fit is",
-}
 # Another interpretation of the runs is better only if it divides the variance of the errors by at least this factor
 # (geometric mean over joints). In good pairs of the UR10e and of simulated arms no alternative lowers the variance
 # (factors up to 0.9). With the runs exchanged the factor is 1,900 in the UR10e's pair and at least 4.1 in simulated
@@ -375,10 +370,15 @@ def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
     if belief.calibration is not None:
         return
     shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(np.maximum(before.covariance[:, 0, 0], 1e-30))
+    reason = "these are the gains of another robot or of another signal"
+    if belief.fit.evidence.kind is SignalKind.WRENCH:
+        masses = measure_axes(belief.fit)[0] * (belief.fit.mode.load + belief.fit.likelihood.prior.phantom)[0]
+        shown = ", ".join(f"{name} {mass:.3g} kg" for name, mass in zip(WRENCH_COLUMNS, masses, strict=False))
+        reason = f"the sensor's scale or axes are wrong, or the fit is; by the weight below it {shown}"
     for j in np.flatnonzero(shift > _MOST_SHIFT):
         yield (
             f"{belief.channel_names[j]}: the load implies a gain {shift[j]:.0f} standard deviations away from what "
-            f"was known before: {_WRONG_GAINS[belief.fit.evidence.kind is SignalKind.WRENCH]}"
+            f"was known before: {reason}"
         )
 
 
