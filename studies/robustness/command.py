@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from affordance.arguments import check_whole
-from affordance.commands.options import add_run_options
+from affordance.commands.arguments import add_run_options
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.results import describe_faults, describe_setup
 from affordance.files.constraints import Whole
