@@ -6,7 +6,7 @@ The program is the one place that knows the paper and all extensions. Nothing is
 
 import argparse
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from affordance.exceptions import BadArgumentError, describe_choice
@@ -173,14 +173,15 @@ class _LazyCommand:
         """Adds the command's arguments to a parser."""
         _load(f"{self._package}.arguments", f"declare_{self._word}")(parser)
 
-    def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the command and returns its exit status."""
-        return int(_load(f"{self._package}.{self._word}", "run")(arguments))
+    @property
+    def run(self) -> Callable[[argparse.Namespace], int]:
+        """Function that runs the command and returns its exit status."""
+        return cast(Callable[[argparse.Namespace], int], _load(f"{self._package}.{self._word}", "run"))
 
 
 def load_command(name: str) -> Command:
     """Finds a command by its name."""
-    return _LazyCommand(name)
+    return cast(Command, _LazyCommand(name))
 
 
 def find_experiment(name: str) -> "Experiment":
