@@ -152,8 +152,8 @@ def open_meshcat(what: str) -> Meshcat:
     """Opens Meshcat on a local port; raises an AffordanceError, with what is to be drawn, if it cannot.
 
     Meshcat obeys every website that a browser of this machine shows, and a broken message ends its process. So it
-    gets an arbitrary one of this machine's 16 million own addresses, which no website knows; macOS has a single one. The
-    port is arbitrary, too: the first of Drake's own range could be found by trying all addresses for some hours.
+    gets an arbitrary one of this machine's 16 million own addresses, which no website knows; macOS has a single one.
+    The port is arbitrary, too: with a known one, trying all addresses takes some hours.
     """
     own = "127." + ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
     try:

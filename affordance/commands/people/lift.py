@@ -21,6 +21,7 @@ from affordance.extensions.people.experiments.trials import check_cost
 from affordance.extensions.people.participant import LiftSettings
 from affordance.files.bounded import read_json
 from affordance.named_settings import change_settings, parse_changes
+from affordance.reporting.formatting import break_line
 from affordance.settings import DEFAULT_SETTINGS
 
 
@@ -44,9 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
     check_cost(table, arguments.repeats, len(learners))
     trials = TableExperiment(name, table, tasks, arguments.repeats, learners)
     setup = replace(read_setup(arguments, robot, changes, LiftSettings), observers=trials.observers)
-    report, *_ = run_suite({name: Experiment(trials.run, trials.read)}, setup)
+    report, _, findings = run_suite({name: Experiment(trials.run, trials.read)}, setup)
     means = read_json(setup.out / name / "metrics.json")["means"]
-    lines = [describe_means(means, find_width())]
+    lines = [describe_means(means, find_width()), *filter(None, break_line(findings[name], find_width()))]
     if table.unused:
         lines.append(f"Columns that lifts.csv does not contain: {', '.join(table.unused)}")
     lines += [f"The lifts: {setup.out / name / 'lifts.csv'}", f"The report: {report}"]
