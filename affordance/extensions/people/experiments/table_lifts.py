@@ -47,7 +47,7 @@ from affordance.runs.random_streams import ObserverDraws, Stream
 from affordance.settings import Settings
 from affordance.simulation.trial import get_runner
 
-# Upward force of the outstretched right arm that 19 of 20 men can exert, [N]: MIL-STD-1472D, strength of the arm (from
+# Upward force of the outstretched right arm that 19 of 20 men can exert, [N]: MIL-STD-1472D (quoted from
 # memory). With a bent elbow it is up to 107 N there.
 STRENGTH = 62.0
 # Unit and meaning of what is measured in a trial; NaN where it does not apply.
