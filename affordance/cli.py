@@ -92,7 +92,7 @@ def _run(words: Sequence[str], program: str) -> int:
     name, *words = words
     if name not in COMMANDS:
         known = (*COMMANDS, *SHORT)
-        near = suggest(name, known)
+        near = suggest(name, (*known, "help", "version"))
         must = f"{near} It must" if near else ", must"
         raise AffordanceError(f"the command is {show_value(name)}{must} be one of {', '.join(known)}")
     handler = logging.StreamHandler()
