@@ -7,7 +7,7 @@ export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench calibration numbers kept-numbers robustness-proof clean
+.PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench calibration numbers kept-numbers release-check robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -83,12 +83,17 @@ bench: $(VENV)/dev.stamp ## print a table of speeds, as ratios to other programs
 calibration: $(VENV)/run.stamp ## are beliefs as uncertain as they should be? a quarter of an hour on two cores
 	$(PYTHON) -m affordance study calibration
 
-numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
+numbers: $(VENV)/dev.stamp ## remake what pages quote: outputs of commands, and numbers from results/
+	$(PYTHON) -m docs.quoted_outputs
 	$(PYTHON) docs/fill_numbers.py
 	$(PYTHON) -m affordance study robustness --page
 
 kept-numbers: $(VENV)/dev.stamp ## remake the numbers of every experiment that tests compare with
 	cd tests && ../$(PYTHON) -m helpers.shipped_runs
+
+release-check: $(VENV)/dev.stamp ## check, before a release, what takes too long for the test suite: half an hour
+	$(PYTHON) -m docs.quoted_outputs --check
+	cd tests && ../$(PYTHON) -m helpers.trunk_tests
 
 robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random
 	$(PYTHON) -m affordance study robustness --prove 5

@@ -92,7 +92,7 @@ def _run(words: Sequence[str], program: str) -> int:
     name, *words = words
     if name not in COMMANDS:
         known = (*COMMANDS, *SHORT)
-        near = suggest(name, known)
+        near = suggest(name, (*known, "help", "version"))
         must = f"{near} It must" if near else ", must"
         raise AffordanceError(f"the command is {show_value(name)}{must} be one of {', '.join(known)}")
     handler = logging.StreamHandler()
@@ -109,13 +109,14 @@ def _run(words: Sequence[str], program: str) -> int:
         name, description, words = f"study {words[0]}", study.HELP, words[1:]
     else:
         command, description = load_command(name), COMMANDS[name].help
-    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
     example = f"affordance {name} {COMMANDS[name].example if name in COMMANDS else ''}".strip()
     parser = OneLineParser(prog=f"{program} {name}", description=description, example=example)
     command.add_arguments(parser)
     what = "print only the answer: no progress, no remarks"
     find_group(parser, OUTPUT).add_argument("-q", "--quiet", action="store_true", help=what)
     chosen = parser.parse(words)
+    run = command.run
+    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
     with contextlib.ExitStack() as stack:
         if chosen.quiet:
             stack.enter_context(contextlib.redirect_stderr(cast(TextIO, QuietErrors(sys.stderr))))
@@ -126,7 +127,7 @@ def _run(words: Sequence[str], program: str) -> int:
         stack.enter_context(contextlib.redirect_stdout(cast(TextIO, output)))
         stack.enter_context(blame_programs(_list_programs(chosen)))
         stack.enter_context(_ignore_working_folder())
-        return command.run(chosen)
+        return run(chosen)
 
 
 @contextlib.contextmanager

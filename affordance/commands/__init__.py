@@ -1,4 +1,4 @@
-"""Subcommands: one module each, which defines add_arguments and run. cli.py imports them by name.
+"""Subcommands: one module each, which defines run; arguments.py declares their arguments.
 
 ``run`` returns the exit status. Invalid arguments and files raise an AffordanceError with a one-line message before
 anything is written.

@@ -6,7 +6,7 @@ The program is the one place that knows the paper and all extensions. Nothing is
 
 import argparse
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from affordance.exceptions import BadArgumentError, describe_choice
@@ -128,6 +128,9 @@ _EXPERIMENTS = {
     "linear_plus_plus": (f"{_PEOPLE}.linear", "LINEAR_PLUS_PLUS"),
 }
 EXPERIMENTS = tuple(_EXPERIMENTS)
+OF_THE_PAPER = EXPERIMENTS[:4]
+# Experiments for which learners' predictions are compared.
+PREDICTED = ("weight", "com", "linear_plus", "linear_plus_plus")
 # Words that can be used without ``run``, as in ``affordance weight``.
 SHORT = ("all", "weight", "com", "reach", "hammer", "vision")
 
@@ -141,6 +144,8 @@ _LEARNERS = {
     "own_and_shared": ("affordance.extensions.people.rivals", "OWN_AND_SHARED"),
 }
 LEARNER_NAMES = tuple(_LEARNERS)
+# Learners that are compared unless others are chosen, and the learner of an observer alone.
+COMPARED, DEFAULT_LEARNER = LEARNER_NAMES[:3], "density"
 
 
 class Command(Protocol):
@@ -157,11 +162,26 @@ class Command(Protocol):
         """
 
 
+class _LazyCommand:
+    """Command whose module is imported when it runs; its arguments are declared in a module that imports fast."""
+
+    def __init__(self, name: str) -> None:
+        folder, self._word = COMMANDS[name].folder, name.replace("-", "_")
+        self._package = f"affordance.commands.{folder}" if folder else "affordance.commands"
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Adds the command's arguments to a parser."""
+        _load(f"{self._package}.arguments", f"declare_{self._word}")(parser)
+
+    @property
+    def run(self) -> Callable[[argparse.Namespace], int]:
+        """Function that runs the command and returns its exit status."""
+        return cast(Callable[[argparse.Namespace], int], _load(f"{self._package}.{self._word}", "run"))
+
+
 def load_command(name: str) -> Command:
-    """Imports the module of a command."""
-    folder = f"{COMMANDS[name].folder}." if COMMANDS[name].folder else ""
-    module: object = importlib.import_module(f"affordance.commands.{folder}{name.replace('-', '_')}")
-    return cast(Command, module)
+    """Finds a command by its name."""
+    return cast(Command, _LazyCommand(name))
 
 
 def find_experiment(name: str) -> "Experiment":

@@ -26,13 +26,6 @@ EXTRAS = {
 }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    parser.add_argument("--install", action="store_true", help="first install missing system libraries")
-    parser.add_argument("--tests", action="store_true", help="also check what only tests need")
-    parser.add_argument("--json", action="store_true", help="print the answer as JSON")
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Prints one line per part and returns the exit status: 0 if all required parts work, else 2."""
     if arguments.install:

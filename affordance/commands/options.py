@@ -1,4 +1,4 @@
-"""Options shared by commands, declared and checked in one place."""
+"""Options shared by commands, checked and read in one place; ``arguments.py`` declares them."""
 
 import argparse
 import json
@@ -12,11 +12,9 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.learner import Learner
 from affordance.belief.learner_file import load_learner
 from affordance.commands.catalogue import LEARNER_NAMES, find_learner
-from affordance.commands.parser import OUTPUT, ROBOT, find_group
 from affordance.exceptions import PROSE, AffordanceError, BadValueError, describe_choice, show_text
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import SEEDS
-from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -29,50 +27,6 @@ if TYPE_CHECKING:
 
 # Bounds of shared numbers. A value beyond any practical run is probably a typing error.
 BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
-
-
-def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str) -> None:
-    """Adds ``--repeats``, whose help names what is repeated."""
-    shown = what if default is None else f"{what} (default {default})"
-    parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
-
-
-def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
-    """Adds ``--seed``."""
-    help_ = f"seed of all random draws (default {default})"
-    parser.add_argument("--seed", type=int, default=default, metavar="N", help=help_)
-
-
-def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> None:
-    """Adds ``--jobs``; by default one process per core."""
-    shown = "one per core" if default is None else str(default)
-    if default is None:
-        import joblib  # imported here, so that commands without this option start faster
-
-        default = joblib.cpu_count()
-    parser.add_argument(
-        "--jobs", type=int, default=default, metavar="N", help=f"parallel processes (default: {shown})"
-    )
-
-
-def add_out(parser: argparse.ArgumentParser, default: str = "results", holds: str = "folder for the results") -> None:
-    """Adds ``--out``."""
-    help_ = f"{holds} (default {default}/)"
-    find_group(parser, OUTPUT).add_argument("--out", type=Path, default=Path(default), metavar="DIR", help=help_)
-
-
-def add_models(parser: argparse.ArgumentParser, holds: str = "arm, materials and tools to use") -> None:
-    """Adds ``--models``."""
-    parser.add_argument("--models", type=Path, default=MODELS, metavar="DIR", help=f"folder with {holds}")
-
-
-def add_robot(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--robot`` and ``--tip``."""
-    group = find_group(parser, ROBOT)
-    help_ = "folder written by import-arm, or a robot's file, which is imported once (default: the paper's arm)"
-    group.add_argument("--robot", type=Path, metavar="PATH", help=help_)
-    what = "link or frame of the robot's file that holds objects (default: the end of the longest limb)"
-    group.add_argument("--tip", help=what)
 
 
 def open_robot(arguments: argparse.Namespace) -> "Robot":
@@ -94,12 +48,6 @@ def open_robot(arguments: argparse.Namespace) -> "Robot":
     return kept.open_robot(arguments.robot, ImportOptions(tip=arguments.tip or ""), root)
 
 
-def add_memory(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--memory`` to a command that runs one observer."""
-    what = "lasting memory (SQLite file): the observer starts with it, and every trial is added"
-    parser.add_argument("--memory", default="", metavar="MEMORY", help=what)
-
-
 def remember(setup: "Setup", arguments: argparse.Namespace, robot: "Robot") -> "Setup":
     """Returns the setup of an observer that starts with the memory of ``--memory``."""
     # Imported here, as few observers remember.
@@ -109,21 +57,6 @@ def remember(setup: "Setup", arguments: argparse.Namespace, robot: "Robot") -> "
     if past := describe_past_arms(robot.name, count_of(robot, arguments.memory)):
         tell(arguments, past)
     return remember_in(setup, arguments.memory)
-
-
-def add_set(
-    parser: argparse.ArgumentParser,
-    what: str = "change a setting, for example prior.sd=8000; may be repeated; docs/assumptions.md lists all",
-) -> None:
-    """Adds ``--set``, which changes settings by name."""
-    parser.add_argument("--set", action="append", default=[], dest="changes", metavar="NAME=VALUE", help=what)
-
-
-def add_learner(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--learner``; see ``read_changes``."""
-    default = DEFAULT_SETTINGS.learner.name
-    what = f"{', '.join(LEARNER_NAMES)}, or your own as FILE.py:CLASS, whose code is run (default {default})"
-    parser.add_argument("--learner", metavar="LEARNER", help=what)
 
 
 def read_learner(word: str) -> Learner:
@@ -149,23 +82,6 @@ def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
     elif named := find_learner(str(changes.get("learner"))):
         changes["learner"] = named
     return changes
-
-
-def add_prior_set(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--set`` for commands that use only the prior's settings; see ``read_prior``."""
-    add_set(parser, "change a setting of the prior, for example prior.sd=8000; may be repeated")
-
-
-def add_answer(parser: argparse.ArgumentParser, files: str) -> None:
-    """Adds ``--json`` and ``--out``, a folder for the named files; see ``give_answer``."""
-    add_json(parser)
-    what = f"folder for {files} (default: no files)"
-    find_group(parser, OUTPUT).add_argument("--out", type=Path, metavar="DIR", help=what)
-
-
-def add_json(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--json``; see ``print_answer``."""
-    find_group(parser, OUTPUT).add_argument("--json", action="store_true", help="print the answer as JSON")
 
 
 def tell(arguments: argparse.Namespace, remark: str) -> None:
@@ -199,32 +115,16 @@ def give_answer(
     print_answer(arguments, text, content)
 
 
-def add_run_options(
-    parser: argparse.ArgumentParser,
-    repeats: int | None,
-    what: str,
-    *,
-    seed: int = 0,
-    jobs: int | None = None,
-    models: str = "arm, materials and tools to use",
-) -> None:
-    """Adds the options of a command that simulates observers: repeats, seed, jobs, results, models and settings.
-
-    If ``models`` is empty, the command takes a robot in place of a model folder.
-    """
-    add_repeats(parser, repeats, what)
-    add_seed(parser, seed)
-    add_jobs(parser, jobs)
-    add_out(parser)
-    if models:
-        add_models(parser, models)
-    else:
-        add_robot(parser)
-    add_set(parser)
-
-
 def check_bounds(arguments: argparse.Namespace) -> None:
-    """Raises a BadValueError if a shared number is out of bounds, or the model folder does not exist."""
+    """Fills in the number of processes if none is given, and checks shared options.
+
+    Raises:
+        BadValueError: A shared number is out of bounds, or the model folder does not exist.
+    """
+    if getattr(arguments, "jobs", 1) is None:
+        import joblib  # imported here, so that commands without this option start faster
+
+        arguments.jobs = joblib.cpu_count()
     for name, bound in BOUNDS.items():
         value = getattr(arguments, name, None)
         if value is not None:

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 
 from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.commands import options
-from affordance.commands.catalogue import EXPERIMENTS, find_experiment
+from affordance.commands.catalogue import EXPERIMENTS, OF_THE_PAPER, find_experiment
 from affordance.commands.setups import check_experiment, check_learner, open_experiment, read_setup
 from affordance.commands.terminal import find_width
 from affordance.exceptions import AffordanceError
 from affordance.experiments.shared.experiment import Experiment
 from affordance.experiments.shared.observers import Setup
-from affordance.experiments.shared.suite import OF_THE_PAPER, rehearse, run_suite
+from affordance.experiments.shared.suite import rehearse, run_suite
 from affordance.files.bounded import read_json
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
@@ -23,25 +23,6 @@ from affordance.settings import Settings
 
 # Exit status if some of several experiments were left out.
 LEFT_OUT = 3
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    others = ", ".join(name for name in EXPERIMENTS if name not in OF_THE_PAPER)
-    what = f"{', '.join(OF_THE_PAPER)}, or all of these (default); {others}; or a Python file"
-    add("experiment", nargs="?", default="all", help=what)
-    what = (
-        "number of observers, or of objects for vision (default: 200; from linear_plus on 40 to 50 of each learner)"
-    )
-    options.add_run_options(parser, None, what, models="")
-    options.add_learner(parser)
-    what = "simulate a fault named in the models' faults.yaml; may be repeated"
-    add("--fault", action="append", default=[], metavar="NAME", help=what)
-    what = "use true features of objects (features, default), or detect them in pictures (pixels)"
-    add("--vision", choices=["features", "pixels"], default="features", help=what)
-    options.add_memory(parser)
-    options.add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -7,11 +7,6 @@ from affordance.commands.terminal import find_width
 from affordance.files.model_folder import import_study, list_studies
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--json``."""
-    parser.add_argument("--json", action="store_true", help="print the answer as JSON")
-
-
 def run(arguments: argparse.Namespace) -> int:
     """Prints the studies, one line each."""
     studies = {name: import_study(name).HELP for name in list_studies()}

@@ -8,7 +8,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-from affordance.commands.options import add_out
 from affordance.commands.terminal import find_width
 from affordance.files.atomic import write_text
 from affordance.reporting.formatting import break_line
@@ -17,12 +16,6 @@ from affordance.runs.repeats import prepare_folder
 TUTORIALS = Path(__file__).parents[1] / "tutorials"
 # Jupyter's programs, the newer one first.
 _PROGRAMS = ("jupyterlab", "notebook")
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add_out(parser, "tutorials", "folder for the tutorials")
-    parser.add_argument("--copy-only", action="store_true", help="do not open Jupyter")
 
 
 def run(arguments: argparse.Namespace) -> int:

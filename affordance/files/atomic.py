@@ -3,6 +3,7 @@
 import json
 import logging
 import os
+import shutil
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
@@ -75,7 +76,9 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def quarantine(path: Path, problem: str) -> None:
-    """Renames a corrupt or foreign file and logs a warning."""
+    """Renames a corrupt or foreign file or folder, in place of an earlier one, and logs a warning."""
     aside = path.with_suffix(".broken")
+    if aside.is_dir():
+        shutil.rmtree(aside)
     path.replace(aside)
     _LOG.warning("%s %s; set aside as %s", path, " ".join(problem.split()), aside.name)

@@ -153,10 +153,11 @@ def open_meshcat(what: str) -> Meshcat:
 
     Meshcat obeys every website that a browser of this machine shows, and a broken message ends its process. So it
     gets an arbitrary one of this machine's 16 million own addresses, which no website knows; macOS has a single one.
+    The port is arbitrary, too: with a known one, trying all addresses takes some hours.
     """
     own = "127." + ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
     try:
-        return Meshcat(MeshcatParams(host="localhost" if sys.platform == "darwin" else own))
+        return Meshcat(MeshcatParams(host="localhost" if sys.platform == "darwin" else own, port=0))
     except RuntimeError as error:
         raise AffordanceError(f"{what}: cannot be drawn: {error}") from error
 

@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 from pydantic import TypeAdapter, ValidationError
 
 from affordance.belief.learners import LEARNERS
+from affordance.exceptions import BadValueError
 from affordance.files.atomic import quarantine, write_json, write_text
+from affordance.files.bounded import RESULTS, read_bytes, read_json
 from affordance.files.model_folder import MODELS
 from affordance.files.template import render_template
 from affordance.named_settings import show_setting
@@ -76,9 +78,9 @@ def write_report(folder: Path) -> Path:
     usual = [name for run, names in runs.items() if run.is_usual for name in names]
     for path in folder.glob(f"*/{_SECTION}"):
         try:
-            section = _SECTIONS.validate_json(path.read_bytes(), strict=True)
+            section = _SECTIONS.validate_json(read_bytes(path, RESULTS), strict=True)
             sections.append(_prepare(section, path.parent, shares if path.parent.name in usual else {}))
-        except OSError as error:
+        except BadValueError as error:
             _LOG.warning("%s is left out of the report: it cannot be read (%s)", path, error)
         except ValueError as error:
             quarantine(path, f"is left out of the report: it is not a section ({_describe(error)})")
@@ -138,7 +140,7 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
     runs: dict[_Run, list[str]] = {}
     for folder in folders:
         try:
-            numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+            numbers = read_json(folder / "metrics.json")
             versions = numbers["versions"]
             # Repeats are observers or, in the experiment vision, objects.
             times = "repeat" if numbers["repeats"] == 1 else "repeats"
@@ -149,7 +151,7 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
             setup = numbers.get("setup")
             is_usual = bool(setup) and setup["models"] == OWN_MODELS and not setup["settings"]
             run = _Run(_describe_setup(setup) if setup else "", done, is_usual)
-        except (OSError, ValueError, TypeError, LookupError, AttributeError):
+        except (BadValueError, TypeError, LookupError, AttributeError):
             continue
         runs.setdefault(run, []).append(folder.name)
     return runs
@@ -173,11 +175,11 @@ def _choose_heading(sections: Sequence[Mapping[str, Any]]) -> str:
 
 def _read_left_out(folder: Path) -> dict[str, str]:
     path = folder / _LEFT_OUT
-    try:
-        return _REASONS.validate_json(path.read_bytes(), strict=True)
-    except FileNotFoundError:
+    if not path.exists():
         return {}
-    except (OSError, ValueError) as error:
+    try:
+        return _REASONS.validate_json(read_bytes(path, RESULTS), strict=True)
+    except (BadValueError, ValueError) as error:
         problem = f"is left out of the report: it is not a list of left-out experiments ({_describe(error)})"
         quarantine(path, problem)
         return {}
@@ -208,4 +210,4 @@ def _prepare(section: Section, home: Path, shares: Mapping[str, float]) -> dict[
 
 def _embed(path: Path) -> str:
     kind = "svg+xml" if path.suffix == ".svg" else "png"
-    return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
+    return f"data:image/{kind};base64,{base64.b64encode(read_bytes(path, RESULTS)).decode('ascii')}"

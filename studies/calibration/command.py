@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from affordance.commands.options import add_jobs, add_out, add_repeats
+from affordance.commands.arguments import add_jobs, add_out, add_repeats
 from studies.calibration import calibration, sensing
 from studies.calibration.report import describe, draw_ranks
 from studies.study import Findings, Study, Work

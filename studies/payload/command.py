@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from affordance.arguments import REPEATS, check_whole
-from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
+from affordance.commands.arguments import add_jobs, add_out, add_repeats, add_seed
 from affordance.extensions.payload.settings import IdentificationSettings
 from studies.payload.clones import UR10E_LOAD, PandaData, Ur10eData, load_panda, load_ur10e
 from studies.payload.coverage import GROUPS, SHARES, CoverageConfig, run_load, tabulate

@@ -12,7 +12,8 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
-from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed, add_set, change_by_name
+from affordance.commands.arguments import add_jobs, add_out, add_repeats, add_seed, add_set
+from affordance.commands.options import change_by_name
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people.experiments import linear

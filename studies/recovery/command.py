@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import nctdtr, stdtrit
 
 from affordance.belief.learners import KINDS_DRAWN
-from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
+from affordance.commands.arguments import add_jobs, add_out, add_repeats, add_seed
 from affordance.exceptions import BadValueError
 from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.likelihood import list_free

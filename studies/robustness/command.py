@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from affordance.arguments import check_whole
-from affordance.commands.options import add_run_options
+from affordance.commands.arguments import add_run_options
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.results import describe_faults, describe_setup
 from affordance.files.constraints import Whole
@@ -131,7 +131,8 @@ def describe_outcome(setting: dict[str, float | str], outcome: Outcome) -> list[
     lines.append("Claims")
     words = {1.0: "holds", 0.0: "FAILS"}
     lines += [f"  {name}: {words.get(value, 'not judged')}" for name, value in outcome.outcomes.items()]
-    return lines
+    held = [value == 1.0 for value in outcome.outcomes.values()]
+    return [*lines, f"{sum(held)} of {len(held)} claims hold"]
 
 
 def _show(value: Any) -> str:

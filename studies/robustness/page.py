@@ -52,9 +52,8 @@ def describe(numbers: Mapping[str, Any]) -> str:
     simulated = f"{100.0 * numbers['simulated']:.0f} %" if numbers["simulated"] else "none"
     run = (
         f"{numbers['settings']} settings, {numbers['observers']} observers in each, seed {numbers['seed']}, commit "
-        f"{numbers['commit'][:7]}. The simulations' own setting meets {len(numbers['default_meets'])} of "
-        f"{len(numbers['claims'])} claims. All holds were simulated in {simulated} of the settings; in the others "
-        f"motions are interpolated, which is {proven}: they were off by at most "
+        f"{numbers['commit'][:7]}. All holds were simulated in {simulated} of the settings; in the others motions "
+        f"are interpolated, which is {proven}: they were off by at most "
         f"{1e6 * numbers['interpolation_error_m']:.1f} um where all were compared with full holds (the simulations' "
         f"setting and {', '.join(map(str, numbers['proven_in']))}; bound "
         f"{1e6 * numbers['interpolation_bound_m']:.0f} um). Mean processor time of a setting: "

@@ -9,9 +9,14 @@ from pathlib import Path
 import pytest
 from helpers.answers import answer
 
+from affordance.choice.demand import Criterion
+from affordance.commands.arguments import add_repeats
 from affordance.commands.catalogue import COMMANDS, load_command
-from affordance.commands.options import add_repeats, check_bounds
+from affordance.commands.options import check_bounds
 from affordance.commands.parser import OneLineParser
+from affordance.extensions.payload.excitation.expectation import Aim
+from affordance.extensions.people.experiments.prediction import POWER
+from affordance.extensions.robots.importer import AXES
 from affordance.files.model_folder import import_study
 
 
@@ -68,6 +73,58 @@ def test_help_imports_nothing_that_takes_long(children):
     text, _, modules = out.partition("imported ")
     assert "  identify         identify a payload from recordings" in text
     assert not {"matplotlib", "numpy", "pydantic", "pydrake", "scipy"} & set(modules.split())
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_of_a_command_imports_no_library_that_takes_long(children, name):
+    """With what the command works with, its help took two seconds."""
+    program = f"""
+import sys
+from affordance.cli import main
+try:
+    main([{name!r}, "--help"])
+except SystemExit:
+    print("imported", *sys.modules)
+"""
+    out, _ = children([sys.executable, "-c", program]).communicate()
+    text, _, modules = out.partition("imported ")
+    assert text.startswith(f"usage: affordance {name}")
+    slow = {
+        "cv2",
+        "jinja2",
+        "joblib",
+        "matplotlib",
+        "numpy",
+        "pandas",
+        "pydantic",
+        "pydrake",
+        "scipy",
+        "trimesh",
+        "xarray",
+    }
+    assert not slow & set(modules.split())
+
+
+def test_arguments_offer_what_the_program_can_do():
+    """Arguments are declared apart from what the commands do, so they repeat names and defaults."""
+    offered = {
+        (name, action.dest): action
+        for name in ("rank", "next", "excite", "predict")
+        for action in build_parser(name)._actions
+    }
+    criteria = [each.value for each in Criterion]
+    assert [*offered["rank", "by"].choices] == [*offered["next", "by"].choices] == criteria
+    assert [*offered["excite", "aim"].choices] == [each.value for each in Aim]
+    assert offered["predict", "power"].default == POWER
+    assert ", ".join(AXES) in next(
+        each.help for each in build_parser("import-arm")._actions if each.dest == "out_axis"
+    )
+
+
+def build_parser(name):
+    parser = OneLineParser(prog=name)
+    load_command(name).add_arguments(parser)
+    return parser
 
 
 @pytest.mark.parametrize("name", COMMANDS)

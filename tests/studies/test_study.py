@@ -10,7 +10,7 @@ from helpers.results_files import OF_STUDY, read_numbers
 from helpers.study_runs import run_study
 
 from affordance.cli import main
-from affordance.commands.options import add_out, add_seed, add_set
+from affordance.commands.arguments import add_out, add_seed, add_set
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import import_study, list_studies
 from affordance.reporting.claims import Unit, check, claim

@@ -27,6 +27,7 @@ FILES = {
 # What is typed, and two parts of the answer, in their order.
 MISTAKES = [
     ("rnu weight", "the command is 'rnu'", "did you mean 'run'?"),
+    ("versoin", "the command is 'versoin'", "did you mean 'version'?"),
     ("run wieght", "experiment: is 'wieght'", "did you mean 'weight'?"),
     ("run weight --repets 3", "--repets: is not an option", "did you mean '--repeats'?"),
     ("run weight --seed -1", "--seed: is -1", "must be from 0 to 4294967295; the nearest is 0"),

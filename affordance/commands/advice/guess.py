@@ -1,11 +1,9 @@
 """``affordance guess``: estimates the inertia of objects from how they look, before any is held."""
 
 import argparse
-from pathlib import Path
 
 from affordance.commands import options
 from affordance.commands.advice.workbench import (
-    add_knowledge,
     break_lines,
     know_materials,
     read_tools,
@@ -17,16 +15,6 @@ from affordance.extensions.advice.expected_inertia import build_expectations, de
 from affordance.extensions.memory.ledger import describe_past_arms
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.settings import Settings
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    add("tools", type=Path, help="tools file, which needs no grips, or an object's URDF")
-    add_knowledge(parser)
-    options.add_answer(parser, "guess.json and .txt")
-    options.add_robot(parser)
-    options.add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -1,7 +1,6 @@
 """``affordance new-tools FILE``: writes a commented tools file to fill in."""
 
 import argparse
-from pathlib import Path
 
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
@@ -11,11 +10,6 @@ from affordance.objects.materials import load_materials
 _TEMPLATE = MODELS / "tools" / "template.yaml.txt"
 # Placeholder of the materials in the template, and the number of materials per line.
 _MATERIALS, _IN_A_LINE = "MATERIALS", 8
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    parser.add_argument("file", type=Path, help="file to write, for example my_tools.yaml; it must not exist yet")
 
 
 def run(arguments: argparse.Namespace) -> int:

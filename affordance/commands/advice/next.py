@@ -1,7 +1,6 @@
 """``affordance next``: advises what to hold next before a tool is chosen, what it is worth, and when to stop."""
 
 import argparse
-from pathlib import Path
 
 from affordance.arguments import check_number
 from affordance.choice.listed_options import list_drawn_options
@@ -10,7 +9,6 @@ from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_options
 from affordance.commands.advice.workbench import (
     Bench,
-    add_choice,
     break_lines,
     check_choice,
     choose_strikers,
@@ -29,7 +27,6 @@ from affordance.extensions.advice.known_materials import learn_weighings
 from affordance.extensions.advice.next_hold import CERTAIN, HoldAdvice, OpenDecision, Question, advise_hold
 from affordance.extensions.memory.ledger import describe_past_arms, open_memory
 from affordance.files.atomic import to_plain
-from affordance.files.model_folder import MODELS
 from affordance.objects.appearance import Appearance
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import tabulate_within
@@ -43,19 +40,6 @@ _INFORMATION, _THEN = 2, 3
 _TIE = 1e-3
 # The text mentions that an object is heavy if the arm can hold it with a probability below this.
 _SURELY = 0.995
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    what = "tasks that the robot will do: hammer, reach, mash, carry, hold"
-    add("tasks", nargs="*", metavar="TASK", help=what)
-    what = "objects that may be held first (default: the pieces of stock of the package)"
-    add("--may-hold", type=Path, default=MODELS / "workshop" / "blanks.yaml", metavar="FILE", help=what)
-    add("--include-tools", action="store_true", help="allow holding the tools themselves too")
-    what = "price of one hold, in the unit of the cost of doing each task once (default 0)"
-    add("--price", type=float, default=0.0, metavar="COST", help=what)
-    add_choice(parser, _NAME, samples=4000)
 
 
 def run(arguments: argparse.Namespace) -> int:

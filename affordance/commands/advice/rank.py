@@ -12,7 +12,6 @@ from affordance.arguments import check_number
 from affordance.choice.pricing import plan_options
 from affordance.choice.ranking import explain_choice
 from affordance.commands.advice.workbench import (
-    add_choice,
     break_lines,
     check_choice,
     choose_strikers,
@@ -25,7 +24,6 @@ from affordance.commands.advice.workbench import (
 )
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import change_by_name, give_answer, open_robot
-from affordance.commands.parser import OneLineParser
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.extensions.advice.advice_text import build_content, describe_advice, name_materials
@@ -44,21 +42,6 @@ if TYPE_CHECKING:
 _PAYLOAD_MAX, _DISTANCE_MAX, _TOO_HEAVY = 1e4, 10.0, 3
 # Name of the written files.
 _NAME = "ranking"
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    if isinstance(parser, OneLineParser):
-        parser.hint = "rank compares tools for one task; affordance next takes several"
-    add = parser.add_argument
-    add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
-    what = "rank the package's hammers after learning from its simulated recordings"
-    add("--demo", action="store_true", help=what)
-    what = "in place of tools: a mass in the hand (kg); prints what remains of each joint's effort limit"
-    add("--payload", type=float, metavar="KG", help=what)
-    what = "centre of mass of that mass in the hand's frame (m; default 0 0 0)"
-    add("--payload-at", type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"), help=what)
-    add_choice(parser, _NAME, samples=10_000)
 
 
 def run(arguments: argparse.Namespace) -> int:

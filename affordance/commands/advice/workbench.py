@@ -24,7 +24,6 @@ from affordance.extensions.advice.known_materials import NamedBelief, know_by_na
 from affordance.extensions.memory.ledger import count_of, open_memory
 from affordance.files.constraints import Whole
 from affordance.files.lacks import read_lacks
-from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool, find_alike_grips
@@ -54,47 +53,6 @@ class Bench(NamedTuple):
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
     remarks: tuple[str, ...] = ()  # warnings about the tools file and the arm
-
-
-def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
-    """Adds the options of commands that choose tools: tools, knowledge about them, criterion and robot."""
-    add = parser.add_argument
-    what = "file of a task, in place of a task of the robot; next takes several, in addition to tasks of the robot"
-    add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
-    what = "how the shape of tools is known: as drawn, or from rendered pictures"
-    add("--see", choices=("drawing", "pictures"), default="drawing", help=what)
-    add(
-        "--by",
-        choices=[each.value for each in Criterion],
-        help="what is compared: expected work, effort, largest fraction of an effort limit, or wrench at the grip "
-        "(default: work for the paper's arm, grip for other arms and for holding still)",
-    )
-    add("--max-grip-force", type=float, metavar="N", help="largest force that the gripper can hold, N (default: any)")
-    what = "largest moment that the gripper can hold, N m (default: any)"
-    add("--max-grip-moment", type=float, metavar="NM", help=what)
-    what = f"number of samples of the belief (default {samples})"
-    add("--samples", type=int, default=samples, metavar="N", help=what)
-    tools = MODELS / "workshop" / "tools.yaml"
-    what = "tools file with grips, or an object's URDF (default: tools of the package)"
-    add("--tools", type=Path, default=tools, metavar="FILE", help=what)
-    add("--only", action="append", default=[], metavar="NAME", help="only the tool of this name; may be repeated")
-    add_knowledge(parser)
-    options.add_answer(parser, f"{files}.json, .txt, .png and .svg")
-    options.add_robot(parser)
-    options.add_seed(parser)
-    options.add_set(parser)
-    options.add_learner(parser)
-
-
-def add_knowledge(parser: argparse.ArgumentParser) -> None:
-    """Adds the options that say what is known about materials: their file, handbook densities and a memory."""
-    add = parser.add_argument
-    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
-    what = (
-        "materials whose handbook density is known: NAME,NAME,... or the word nothing (default: all that tools name)"
-    )
-    add("--know", metavar="NAMES", help=what)
-    add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:

@@ -39,7 +39,6 @@ if TYPE_CHECKING:
 FAULTY = 3
 # Columns of the table of materials to drop first if it is too wide: things and since.
 _LESS_IMPORTANT = (4, 5)
-ACTIONS = ("show", "forget", "merge", "export", "import", "weigh", "join", "verify")
 # Name that takes the place of a robot's.
 SCALE = "a scale"
 # Height of a row, and of everything else, [inch].
@@ -50,26 +49,6 @@ _MOST_DRAWN = 100
 _TICKS, _LIGHTEST = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000), 10.0
 # Half of the standard normal's 90 % interval.
 _HALF90 = 1.645
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    add("action", choices=ACTIONS, help="what to do; forget requires options that select trials")
-    add("memory", metavar="MEMORY", help="SQLite file of the memory")
-    what = "memories to merge, file to export to, files to import, tools files with weighings, or colours to join: "
-    what += "'#b5a642=#c0b050' reads the second, as another camera sees it, as the first; none separates all again"
-    add("files", nargs="*", metavar="FILE", help=what)
-    add("--robot", default="", metavar="NAME", help="select trials of this robot")
-    add("--object", default="", metavar="NAME", help="select trials with objects of this name")
-    what = "select trials from this time on, UTC: 2026-03-01 or 2026-03-01T12:00"
-    add("--since", default="", metavar="TIME", help=what)
-    add("--until", default="", metavar="TIME", help="select trials before this time")
-    add("--trial", default="", metavar="ID", help="select the trial whose id begins with these digits, at least four")
-    what = "materials whose names are shown (default: those of the package)"
-    add("--materials", type=Path, metavar="FILE", help=what)
-    options.add_answer(parser, "the figure and the table of show")
-    options.add_prior_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

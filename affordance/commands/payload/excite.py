@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import yaml
@@ -45,28 +44,6 @@ _BOUNDS = {
 _POSTURES = Whole(1, 50)
 _NAME = "excite"
 _SECOND = 1_000_000_000  # [ns]
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    add("--for", dest="aim", choices=[each.value for each in Aim], default="mass", help="what to identify")
-    add("--seconds", type=float, default=8.0, metavar="S", help="duration of the motion (default 8)")
-    add("--postures", type=int, metavar="N", help="visit N postures (default: a motion as a Fourier series)")
-    add("--mass", type=float, default=1.0, metavar="KG", help="approximate mass of the load (default 1)")
-    add(
-        "--gains", type=Path, metavar="FILE", help="gains.yaml written by identify, with gains and errors of this arm"
-    )
-    what = "acceleration limit: one for all joints, or one per joint, rad/s^2 (default: the robot's file, else 3)"
-    add("--acceleration", type=float, nargs="+", default=[], metavar="A", help=what)
-    add("--tip-speed", type=float, default=1.0, metavar="V", help="speed limit of the tip, m/s (default 1)")
-    what = "largest distance of each joint from home (default 3.14)"
-    add("--reach", type=float, default=3.14, metavar="RAD", help=what)
-    what = "lowest height of the tip above the base's origin, on the ways from home and back, too (default 0)"
-    add("--above", type=float, default=0.0, metavar="M", help=what)
-    options.add_answer(parser, "motion.csv, trajectory.yaml, excite.json and .txt")
-    options.add_robot(parser)
-    options.add_seed(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -12,7 +12,6 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.commands import options
 from affordance.commands.demo import ARM_FILE, MASS, PIECE, fill_in_recording
-from affordance.commands.parser import ROBOT, find_group
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.extensions.memory.ledger import count_past_arms, describe_past_arms, has_memory, open_memory
@@ -36,48 +35,6 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm import name_robot
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    what = "model folder of import-arm, a robot's file (URDF, SDF, MJCF), or .dmd.yaml (default: the paper's arm)"
-    add("robot", nargs="?", type=Path, help=what)
-    robot = find_group(parser, ROBOT).add_argument
-    robot("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the robot, given as an option")
-    what = "link that carries the payload, or the wrist sensor (default: that of the run's description or the folder)"
-    robot("--tip", help=what)
-    what = "frame of the controller's flange, for --claimed and lines to paste (default: the tip in the robot's file)"
-    robot("--flange", metavar="NAME", help=what)
-    add("--loaded", type=Path, metavar="RUN", help="recording with the load (required, unless --demo)")
-    add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
-    what = "YAML file that describes all runs (default: for RUN.csv the file RUN.yaml in its folder)"
-    add("--description", type=Path, help=what)
-    add("--unpaired", action="store_true", help="the loaded run does not repeat the motion of an empty run")
-    what = "tools file with the object as a camera saw it; the first tool, unless --object-name names another"
-    add("--object", type=Path, help=what)
-    add("--object-name", help="name of the tool in that file")
-    what = "relative standard deviation of the sizes of the object's parts (default 0.2)"
-    add("--size-error", type=float, default=0.2, metavar="SD", help=what)
-    what = "relative standard deviation of the mass that the camera does not see (default 0.2; 0.02 for solid stock)"
-    add("--unseen", type=float, default=0.2, metavar="SD", help=what)
-    what = "materials for the tools file of --object (default: the robot's, else those of the package)"
-    add("--materials", type=Path, metavar="FILE", help=what)
-    what = "lasting memory of materials (SQLite file), which learns from this run; it is created if it does not exist"
-    add("--memory", metavar="MEMORY", help=what)
-    what = "mass of the load on a scale, used to calibrate the gains of motor currents"
-    add("--reference-mass", type=float, metavar="KG", help=what)
-    add("--gains", type=Path, help="known gains (gains.yaml, written by a run with --reference-mass)")
-    what = "YAML files, each with a payload that is set on the controller, to compare"
-    add("--claimed", type=Path, nargs="+", default=[], metavar="FILE", help=what)
-    add("--anyway", action="store_true", help="write, learn and print lines even if the result is not to be trusted")
-    what = "leave out samples of a joint while it is slower than this, rad/s (default 0.03)"
-    add("--min-speed", type=float, help=what)
-    add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
-    add("--demo", action="store_true", help="identify a simulated recording from the package")
-    options.add_answer(parser, "belief.json, samples.npz, gains.yaml and figures")
-    options.add_seed(parser)
-    options.add_prior_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -4,10 +4,8 @@ import argparse
 import json
 
 from affordance.belief.learners import KINDS_DRAWN, LEARNERS
-from affordance.commands.options import add_out, read_learner
+from affordance.commands.options import read_learner
 from affordance.commands.people.people_options import (
-    LEARNERS_HELP,
-    add_fit_options,
     ask,
     prepare_new_folder,
     read_setting,
@@ -15,16 +13,6 @@ from affordance.commands.people.people_options import (
 from affordance.extensions.people.fit import compare, warn_of_noise
 from affordance.extensions.people.rivals import RIVALS
 from affordance.files.atomic import write_json, write_text
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    add_fit_options(parser)
-    what = f"{LEARNERS_HELP}; may be repeated (default: all built-in learners except kinds_map)"
-    add("--learner", action="append", default=[], metavar="LEARNER", help=what)
-    add("--json", action="store_true", help="print the result as JSON")
-    add_out(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from affordance.commands.options import add_out, read_learner
+from affordance.commands.options import read_learner
 from affordance.commands.people.people_options import (
-    LEARNERS_HELP,
-    add_fit_options,
     ask,
     prepare_new_folder,
     read_setting,
@@ -29,19 +27,6 @@ from affordance.extensions.people.fit import (
 )
 from affordance.extensions.people.tempered_smc import Draws
 from affordance.files.atomic import write_json
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    add_fit_options(parser)
-    add("--learner", required=True, metavar="LEARNER", help=LEARNERS_HELP)
-    what = "parameters to fit, such as kappa,own_drift (default: push_error and the learner's fitted ones)"
-    add("--free", metavar="NAMES", help=what)
-    add("--chains", type=int, default=1, metavar="C", help="independent samplers, for r_hat of ArviZ (default 1)")
-    add("--pooled", action="store_true", help="one value for all participants (default: one for each)")
-    add("--json", action="store_true", help="print the result as JSON")
-    add_out(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -2,18 +2,15 @@
 
 import argparse
 from dataclasses import replace
-from pathlib import Path
 
 from affordance.belief.learners import LEARNERS
 from affordance.commands.options import (
-    add_json,
-    add_run_options,
     check_bounds,
     open_robot,
     print_answer,
     read_learner,
 )
-from affordance.commands.people.people_options import add_table_options, open_table
+from affordance.commands.people.people_options import open_table
 from affordance.commands.setups import check_own_name, read_setup
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
@@ -24,18 +21,8 @@ from affordance.extensions.people.experiments.trials import check_cost
 from affordance.extensions.people.participant import LiftSettings
 from affordance.files.bounded import read_json
 from affordance.named_settings import change_settings, parse_changes
+from affordance.reporting.formatting import break_line
 from affordance.settings import DEFAULT_SETTINGS
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    add("--trials", type=Path, required=True, metavar="FILE", help="table with one row per trial (CSV)")
-    add_table_options(parser)
-    what = f"{', '.join(LEARNERS)}, or your own as FILE.py:CLASS, whose code is run; may be repeated (default: all)"
-    add("--learner", action="append", default=[], metavar="LEARNER", help=what)
-    add_json(parser)
-    add_run_options(parser, 1, "observers of each learner for each participant", models="")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -58,9 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
     check_cost(table, arguments.repeats, len(learners))
     trials = TableExperiment(name, table, tasks, arguments.repeats, learners)
     setup = replace(read_setup(arguments, robot, changes, LiftSettings), observers=trials.observers)
-    report, *_ = run_suite({name: Experiment(trials.run, trials.read)}, setup)
+    report, _, findings = run_suite({name: Experiment(trials.run, trials.read)}, setup)
     means = read_json(setup.out / name / "metrics.json")["means"]
-    lines = [describe_means(means, find_width())]
+    lines = [describe_means(means, find_width()), *filter(None, break_line(findings[name], find_width()))]
     if table.unused:
         lines.append(f"Columns that lifts.csv does not contain: {', '.join(table.unused)}")
     lines += [f"The lifts: {setup.out / name / 'lifts.csv'}", f"The report: {report}"]

@@ -2,19 +2,11 @@
 
 import argparse
 import inspect
-from pathlib import Path
 
 from affordance.commands.setups import check_own_name
 from affordance.exceptions import BadValueError
 from affordance.extensions.people.experiments import starting_point
 from affordance.files.atomic import write_text
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    parser.add_argument("name", help="name of the experiment: letters, digits and '_'")
-    what = "folder for the file (default: the current one)"
-    parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help=what)
 
 
 def run(arguments: argparse.Namespace) -> int:

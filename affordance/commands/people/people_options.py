@@ -7,14 +7,12 @@ from pathlib import Path
 
 from affordance.belief.learner import Learner
 from affordance.choice.inner_simulation import TaskCostModel
-from affordance.commands.catalogue import LEARNER_NAMES
-from affordance.commands.options import add_jobs, add_seed, add_set, check_bounds, refuse_changes
+from affordance.commands.options import check_bounds, refuse_changes
 from affordance.exceptions import BadValueError
-from affordance.extensions.people.experiments.trials import COLUMNS, TrialTable, read_trials
+from affordance.extensions.people.experiments.trials import TrialTable, read_trials
 from affordance.extensions.people.fit import Question
 from affordance.extensions.people.likelihood import list_free
 from affordance.extensions.people.participant import LiftSettings, with_participant
-from affordance.extensions.people.pushes import COLUMNS as LIFT_COLUMNS
 from affordance.extensions.people.pushes import Lifts, read_lifts
 from affordance.extensions.people.static_lifts import check_closed_form
 from affordance.named_settings import change_settings, parse_changes
@@ -24,12 +22,6 @@ from affordance.objects.tool import Tool
 from affordance.robot import Robot
 from affordance.runs.repeats import prepare_folder
 from affordance.settings import Settings
-
-
-def add_columns(parser: argparse.ArgumentParser, columns: Sequence[str]) -> None:
-    """Adds ``--columns``."""
-    what = "columns that have another name in your table, for example object=stim participant=subj; ours are "
-    parser.add_argument("--columns", nargs="+", default=[], metavar="OURS=THEIRS", help=f"{what}{', '.join(columns)}")
 
 
 def read_columns(arguments: argparse.Namespace) -> dict[str, str]:
@@ -48,15 +40,6 @@ def _split(word: str) -> tuple[str, str]:
 SUFFIXES = (".csv", ".tsv", ".txt")
 
 
-def add_table_options(parser: argparse.ArgumentParser) -> None:
-    """Adds the options that describe a table of trials."""
-    add = parser.add_argument
-    add("--objects", type=Path, metavar="FILE", help="tools file with the objects named in the table of trials")
-    add_columns(parser, COLUMNS)
-    add("--materials", type=Path, metavar="FILE", help="materials of the objects (default: the robot's)")
-    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the objects file)")
-
-
 def open_table(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[TrialTable, dict[str, TaskCostModel]]:
@@ -67,33 +50,6 @@ def open_table(
     tools = load_tools(arguments.objects, materials, arguments.meshes)
     table = read_trials(path, tools, materials, columns=read_columns(arguments), tasks=robot.tasks)
     return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
-
-
-LEARNERS_HELP = f"{', '.join(LEARNER_NAMES)}, or your own as FILE.py:CLASS, whose code is run"
-
-
-def add_fit_options(parser: argparse.ArgumentParser) -> None:
-    """Adds the options that fit and compare-learners share."""
-    add = parser.add_argument
-    add("lifts", type=Path, help="table with one row per lift (CSV), like lifts.csv")
-    add(
-        "--of",
-        default="",
-        metavar="WHO",
-        help="use only lifts with this value in the column learner (default: people)",
-    )
-    add(
-        "--objects",
-        type=Path,
-        metavar="FILE",
-        help="tools file with the objects; a row's mass and looks_like change its object (default: from rows)",
-    )
-    add_columns(parser, LIFT_COLUMNS)
-    add("--draws", type=int, default=64, metavar="D", help="number of draws of the free parameters (default 64)")
-    add("--particles", type=int, default=50, metavar="P", help="number of particles per draw (default 50)")
-    add_seed(parser)
-    add_jobs(parser)
-    add_set(parser)
 
 
 def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:

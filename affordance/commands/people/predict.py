@@ -6,22 +6,20 @@ from pathlib import Path
 
 from affordance.arguments import check_number
 from affordance.belief.learners import list_learners
-from affordance.commands.catalogue import EXPERIMENTS, find_experiment
+from affordance.commands.catalogue import EXPERIMENTS
 from affordance.commands.options import (
-    add_json,
-    add_learner,
-    add_run_options,
     check_bounds,
     open_robot,
     print_answer,
     read_changes,
 )
-from affordance.commands.people.people_options import SUFFIXES, add_table_options, open_table
+from affordance.commands.people.arguments import MOST_OBSERVERS
+from affordance.commands.people.people_options import SUFFIXES, open_table
 from affordance.commands.setups import check_experiment, check_learner, check_own_name, open_experiment, read_setup
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.experiment import Experiment
-from affordance.extensions.people.experiments.prediction import POWER, format_predictions, predict
+from affordance.extensions.people.experiments.prediction import format_predictions, predict
 from affordance.extensions.people.experiments.table_lifts import TableExperiment
 from affordance.extensions.people.experiments.trials import check_cost
 from affordance.extensions.people.participant import LiftSettings
@@ -30,25 +28,6 @@ from affordance.named_settings import change_settings
 from affordance.robot import Robot
 from affordance.runs.repeats import check_folder
 from affordance.settings import DEFAULT_SETTINGS
-
-# Default of --repeats: an experiment's own number of observers per learner, but at most this.
-_OBSERVERS = 50
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    names = [name for name in EXPERIMENTS if find_experiment(name).predict is not None]
-    add("experiment", help=f"one of {', '.join(names)}, a Python file, or a table of trials (CSV)")
-    what = f"observers of each learner (default: at most {_OBSERVERS}; for a table 1 per participant)"
-    add_run_options(parser, None, what, models="")
-    add_learner(parser)
-    add_json(parser)
-    add_table_options(parser)
-    what = "for a table: between-person standard deviation of force, N (default: that of people in the table)"
-    add("--people-sd", type=float, metavar="N", help=what)
-    what = f"power of a test between two groups (default {POWER})"
-    add("--power", type=float, default=POWER, metavar="P", help=what)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -76,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_experiment(arguments, EXPERIMENTS, or_file=True)
     with open_experiment(arguments.experiment) as (name, experiment):
         if arguments.repeats is None:
-            arguments.repeats = min(_OBSERVERS, experiment.observers)
+            arguments.repeats = min(MOST_OBSERVERS, experiment.observers)
         check_bounds(arguments)
         robot = open_robot(arguments)
         return _predict(name, experiment, arguments, robot, is_own=name not in EXPERIMENTS)

@@ -3,9 +3,8 @@
 import argparse
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
-from affordance.commands.options import add_answer, give_answer
+from affordance.commands.options import give_answer
 from affordance.commands.terminal import find_width
 from affordance.extensions.robots.comparison import (
     NAMES,
@@ -21,16 +20,6 @@ from affordance.reporting.formatting import break_line, format_number, tabulate_
 
 # Exit status if the files differ.
 DIFFERENT = 3
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    add = parser.add_argument
-    add("one", type=Path, metavar="A", help="a robot's file (URDF, SDF or MJCF), or a folder that import-arm wrote")
-    add("other", type=Path, metavar="B", help="another file of the same robot")
-    add("--tip", default="", metavar="NAME", help="end of the arm in A (default: the end of the longest limb)")
-    add("--other-tip", default="", metavar="NAME", help="end of the arm in B (default: found in the same way)")
-    add_answer(parser, "comparison.json and .txt")
 
 
 def run(arguments: argparse.Namespace) -> int:

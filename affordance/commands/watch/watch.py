@@ -9,20 +9,9 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from affordance.commands import options
+from affordance.commands.catalogue import OF_THE_PAPER
 from affordance.commands.setups import check_experiment, read_setup
-from affordance.experiments.shared.suite import OF_THE_PAPER
 from affordance.extensions.watch.show import Show
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    what = f"{', '.join(OF_THE_PAPER)} (default: weight)"
-    parser.add_argument("experiment", nargs="?", default="weight", help=what)
-    options.add_robot(parser)
-    options.add_seed(parser)
-    options.add_set(parser)
-    options.add_learner(parser)
-    options.add_memory(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -84,16 +84,17 @@ def _compare_joints(
         best = 0
     fit = fits[best]
     judged = _judge(fit)
-    lacks = fit.size[judged] < _LACKS * fit.torque_sd[judged]
-    if run.description.kind is not SignalKind.CURRENT and judged.any() and lacks.all():
+    if run.description.kind is not SignalKind.CURRENT and (
+        subtracted := _find_subtracted(robot.with_gravity(gravity), thin, used)
+    ):
         if run.description.compensates_arm:
             return ()
-        return ("the signals lack the arm's own weight: the controller has subtracted it (compensates: arm)",)
+        return (f"the signals lack the arm's own weight: the controller has subtracted {subtracted}",)
     if run.description.compensates_arm:
         follows = judged & (fit.explained > _EXPLAINED) & (fit.gain > 0.5)
         if not follows.any() or not follows[judged].all() or run.description.kind is SignalKind.CURRENT:
             return ()
-        return ("the signals contain the arm's own weight, although 'compensates: arm' says it was subtracted",)
+        return ("the signals contain the arm's own weight, although 'compensates' says it was subtracted",)
     turned = judged & (fit.explained > _EXPLAINED) & (fit.gain < -_SURE * fit.error)
     if turned.any():
         found.append(_describe_signs(robot, turned, judged))
@@ -124,14 +125,13 @@ class _Fit(NamedTuple):
     left: Array  # residual variance
     explained: Array  # share of the variance beyond friction that the arm's own weight explains
     torque_sd: Array  # standard deviation of the own-weight torque
-    size: Array  # standard deviation of the signal beyond friction
 
 
 def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _Fit:
     """Fits signals of joints, shape (N, n), with own-weight torque, load friction, friction and an offset."""
     torque = robot.compute_arm_torques(*thin.motion)
     n = torque.shape[1]
-    values = np.zeros((6, n))
+    values = np.zeros((5, n))
     values[2] = 1.0
     alike = 1.0 if not thin.v.any() else max(_AGREEMENT * thin.rate, 1.0)  # number of samples that share an error
     for j in range(n):
@@ -139,7 +139,7 @@ def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _F
         if rows.sum() < _FEWEST:
             continue
         v, tau, x = thin.v[rows, j], torque[rows, j], signal[rows, j]
-        friction = np.column_stack([np.sign(v), v, np.ones_like(v)])
+        friction = _build_friction(v)
         without = x - friction @ np.linalg.lstsq(friction, x)[0]
         own = np.column_stack([tau, np.abs(tau) * np.sign(v), friction])
         solution = np.linalg.lstsq(own, x)[0]
@@ -148,8 +148,39 @@ def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _F
         least = 1e-6 * max(float(x @ x) / len(x), 1e-12)
         error = np.sqrt(max(np.linalg.pinv(own.T @ own)[0, 0], 0.0) * rest * alike)
         explained = 1.0 - rest / max(beyond, least)
-        values[:, j] = solution[0], error, max(rest, least), explained, tau.std(), np.sqrt(beyond)
+        values[:, j] = solution[0], error, max(rest, least), explained, tau.std()
     return _Fit(*values)
+
+
+def _build_friction(v: Array) -> Array:
+    """Builds the columns of friction and offset at velocities of one joint, (N,); shape (N, 3)."""
+    return np.column_stack([np.sign(v), v, np.ones_like(v)])
+
+
+def _find_subtracted(robot: SerialChain, thin: PreparedRun, used: Mask) -> str:
+    """Describes what a controller has subtracted from the signals; empty if they contain the arm's own weight.
+
+    Beyond friction and the inertia of the links, such signals vary much less than the torque due to gravity does.
+    """
+    rest = np.zeros_like(thin.v)
+    gravity = robot.compute_arm_torques(thin.q, rest, rest)
+    inertia = robot.compute_arm_torques(*thin.motion) - gravity
+    size, weight, felt, along = np.zeros((4, gravity.shape[1]))
+    for j in range(gravity.shape[1]):
+        rows = used[:, j]
+        if rows.sum() < _FEWEST:
+            continue
+        both = np.column_stack([thin.signal[rows, j], gravity[rows, j]])
+        A = np.column_stack([inertia[rows, j], _build_friction(thin.v[rows, j])])
+        solution = np.linalg.lstsq(A, both)[0]
+        size[j], weight[j] = (both - A @ solution).std(axis=0)
+        felt[j] = inertia[rows, j].var()
+        along[j] = felt[j] * solution[0, 0]
+    judged = weight > _JUDGED * max(float(gravity.std(axis=0).max()), 1e-9)
+    if not judged.any() or (size > _LACKS * weight)[judged].any():
+        return ""
+    has_inertia = along.sum() > 0.5 * felt.sum()
+    return "it but not its inertia (compensates: gravity)" if has_inertia else "it (compensates: arm)"
 
 
 def _judge(fit: _Fit) -> Mask:
@@ -191,7 +222,8 @@ def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
     )  # (N, 3, 3): force of one kilogram with gravity along each axis
     moments = run.signal[::every, 3:]
     if _are_in_base(columns / length, compute_force_regressors(robot, q)[:, 3:, 1:4], moments):
-        return ("the moments do not turn with the sensor: the wrench seems to be given along the base's axes",)
+        seems = "the wrench seems to be given along the base's axes (wrench_axes: base)"
+        return (f"the moments do not turn with the sensor: {seems}",)
     varied = columns - columns.mean(axis=0)
     forces = forces - forces.mean(axis=0)
     flat, b = varied.reshape(-1, 3), forces.ravel()
@@ -215,15 +247,14 @@ def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
 
 
 def _are_in_base(rotations: Array, regressors: Array, moments: Array) -> bool:
-    """Returns whether moments follow the load's first moment in the base's axes, not in the sensor's.
+    """Returns whether moments follow the load only once they are turned from the base's axes to the sensor's.
 
     Args:
         rotations: Rotations from the base to the sensor, up to a common sign, shape (N, 3, 3).
         regressors: Moments at rest per first moment, along the sensor's axes, shape (N, 3, 3).
         moments: Recorded moments, shape (N, 3), [N m].
     """
-    in_base = rotations.transpose(0, 2, 1) @ regressors
-    left, of_base = (_leave(each, moments) for each in (regressors, in_base))
+    left, of_base = (_leave(regressors, each) for each in (moments, (rotations @ moments[..., None])[..., 0]))
     return of_base < min(1.0 - _EXPLAINED, left / _BETTER)
 
 

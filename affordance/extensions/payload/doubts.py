@@ -17,7 +17,7 @@ from affordance.exceptions import BadValueError
 from affordance.extensions.payload.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.extensions.payload.evidence.gains import Gains
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
-from affordance.extensions.payload.posterior.payload_fit import build_channel_prior, fit_payload
+from affordance.extensions.payload.posterior.payload_fit import build_channel_prior, fit_payload, measure_axes
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.recording.joint_rates import find_lag
 from affordance.extensions.payload.recording.preparation import prepare
@@ -317,15 +317,7 @@ def _judge_fit(
     # The arm's own weight does not determine the gains of the other joints.
     yield from _judge_gains(robot, belief, judged if belief.calibration is None else np.ones_like(judged))
     yield from _judge_weighing(belief)
-    if belief.calibration is None:
-        shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(
-            np.maximum(before.covariance[:, 0, 0], 1e-30)
-        )
-        for j in np.flatnonzero(shift > _MOST_SHIFT):
-            yield (
-                f"{robot.joint_names[j]}: the load implies a gain {shift[j]:.0f} standard deviations away from what "
-                "was known before: these are the gains of another robot or of another signal"
-            )
+    yield from _judge_shifts(belief, before)
     change, change_sd = belief.fit.likelihood.estimate_changes(belief.fit.mode.load)
     for j in np.flatnonzero(judged & (np.abs(change) > _MOST_CHANGE * np.maximum(change_sd, 1e-30))):
         yield (
@@ -352,12 +344,13 @@ def _judge_fit(
 def _judge_wrench(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Checks tare, mass, residual and halves of a fit to a wrist sensor, and yields one sentence per doubt."""
+    """Checks tare, mass, gains, residual and halves of a fit to a wrist sensor, and yields one sentence per doubt."""
     evidence = belief.fit.evidence
     tare, tare_sd = evidence.phantom[0], np.sqrt(evidence.phantom_covariance[0, 0])
     if tare < -_MOST_HALF_SDS * tare_sd:
         yield f"the empty hand weighs {tare:.3g} kg: signs, gravity or the order of the forces are wrong"
     yield from _judge_weighing(belief)
+    yield from _judge_shifts(belief, before)
     spread = evidence.samples.signal.std(axis=0)
     for part, name, unit, least in zip(
         (slice(3), slice(3, 6)), ("forces", "moments"), ("N", "N m"), _WRENCH_DRIFT, strict=True
@@ -370,6 +363,23 @@ def _judge_wrench(
             )
     yield from _judge_errors(belief, settings)
     yield from _judge_halves(loaded, belief, before, settings)
+
+
+def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
+    """Compares gains with what was known before the run, unless a weighed load calibrated them."""
+    if belief.calibration is not None:
+        return
+    shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(np.maximum(before.covariance[:, 0, 0], 1e-30))
+    reason = "these are the gains of another robot or of another signal"
+    if belief.fit.evidence.kind is SignalKind.WRENCH:
+        masses = measure_axes(belief.fit)[0] * (belief.fit.mode.load + belief.fit.likelihood.prior.phantom)[0]
+        shown = ", ".join(f"{name} {mass:.3g} kg" for name, mass in zip(WRENCH_COLUMNS, masses, strict=False))
+        reason = f"the sensor's scale or axes are wrong, or the fit is; by the weight below it {shown}"
+    for j in np.flatnonzero(shift > _MOST_SHIFT):
+        yield (
+            f"{belief.channel_names[j]}: the load implies a gain {shift[j]:.0f} standard deviations away from what "
+            f"was known before: {reason}"
+        )
 
 
 def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:

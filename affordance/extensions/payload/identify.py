@@ -17,7 +17,7 @@ from affordance.extensions.payload.evidence.evidence import Evidence
 from affordance.extensions.payload.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.extensions.payload.evidence.paired_runs import build_paired_evidence
 from affordance.extensions.payload.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
-from affordance.extensions.payload.evidence.wrist_sensor import build_wrist_evidence
+from affordance.extensions.payload.evidence.wrist_sensor import build_wrist_evidence, express_in_sensor
 from affordance.extensions.payload.excitation.more_motion import suggest_motion, suggest_posture, suggest_run
 from affordance.extensions.payload.posterior.calibration import (
     SCALE_SD,
@@ -28,6 +28,7 @@ from affordance.extensions.payload.posterior.calibration import (
 from affordance.extensions.payload.posterior.inference import infer
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
+from affordance.extensions.payload.posterior.payload_fit import widen_by_axes
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.recording.joint_rates import ANGLE_SLACK
 from affordance.extensions.payload.recording.preparation import prepare
@@ -102,8 +103,7 @@ def identify(
         arm = arm.chain if isinstance(arm, ArmOwner) else check_kind("arm", arm, SerialChain, hint)
     _check_arguments(runs, gains, seen, settings)
     check_number("deviation", deviation, 0.0, 1.0)
-    loaded = runs.loaded.arrange(arm.joint_names)
-    empty = [run.arrange(arm.joint_names) for run in runs.empty]
+    loaded, *empty = (express_in_sensor(arm, run.arrange(arm.joint_names)) for run in (runs.loaded, *runs.empty))
     _check_kinds(loaded, empty)
     for run in (*empty, loaded):
         run.check_rates(arm.velocity_limits, arm.limits, arm.source)
@@ -137,7 +137,7 @@ def identify(
             solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
         belief = infer(
             evidence,
-            before,
+            widen_by_axes(evidence, before, settings),
             solid=solid,
             placed=None if seen is None else seen.place(description.object_pose),
             deviation=deviation,

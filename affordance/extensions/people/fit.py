@@ -1,5 +1,6 @@
 """Fits a learner to people's lifts, separately or pooled; returns an xarray DataTree that ArviZ 1 can read."""
 
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,6 +19,7 @@ from affordance.extensions.people.likelihood import FreeParameter, compute_log_l
 from affordance.extensions.people.pushes import Lifts
 from affordance.extensions.people.tempered_smc import Draws, draw_prior, merge, sample
 from affordance.files.atomic import write_atomic
+from affordance.files.bounded import RESULTS, read_bytes
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.version import __version__
@@ -301,8 +303,16 @@ def _write(dataset: xr.Dataset, path: Path) -> None:
 
 
 def read_fit(folder: Path) -> xr.DataTree:
-    """Reads a fit that ``write_fit`` wrote, as a tree for ArviZ."""
-    return xr.DataTree.from_dict({name: xr.load_dataset(folder / f"{name}.nc", engine="scipy") for name in GROUPS})
+    """Reads a fit that ``write_fit`` wrote, as a tree for ArviZ; a damaged file raises a BadValueError."""
+    return xr.DataTree.from_dict({name: _read(folder / f"{name}.nc", name) for name in GROUPS})
+
+
+def _read(path: Path, name: str) -> xr.Dataset:
+    content = read_bytes(path, RESULTS)
+    try:
+        return xr.load_dataset(io.BytesIO(content), engine="scipy")
+    except (OSError, ValueError, TypeError, LookupError, AttributeError) as error:
+        raise BadValueError(path, "", f"is damaged, must hold the group {name} of a fit: fit again") from error
 
 
 def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:

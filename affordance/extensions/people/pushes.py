@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
 from affordance.experiments.shared.holds import compute_volume
+from affordance.extensions.people.columns import LIFT_COLUMNS
 from affordance.extensions.people.experiments.lifts import cylinder
 from affordance.extensions.people.experiments.trial_cells import (
     PEOPLE,
@@ -28,11 +29,6 @@ from affordance.objects.colour import is_colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 
-# Columns that are read; others, such as those that the program writes itself, are ignored.
-COLUMNS = (
-    *("participant", "observer", "repeat", "learner", "object", "mass", "size", "looks_like", "teaches"),
-    "force",
-)
 _LARGEST = 0.1  # volume of an object, [m^3]
 _ROUNDED = 0.01  # largest relative difference of a size from that of the object that its row names
 
@@ -80,7 +76,7 @@ def read_lifts(
         BadValueError: The table cannot be read, is too large, or has an invalid cell; or it has lifts of several
             learners and none was chosen.
     """
-    cells = read_cells(path, COLUMNS, ["object", "force"], columns)
+    cells = read_cells(path, LIFT_COLUMNS, ["object", "force"], columns)
     whose = np.array(read_names(cells, "learner", PEOPLE))
     cells = cells._replace(texts=cells.texts[whose == _choose(path, list(dict.fromkeys(whose.tolist())), learner)])
     names = read_names(cells, "participant" if "participant" in cells.labels else "observer", "1")

@@ -24,8 +24,8 @@ from affordance.extensions.robots.report import (
     list_warnings,
     write_report,
 )
-from affordance.files.atomic import write_text
-from affordance.files.bounded import MESH, read_bytes, read_yaml, suggest_file
+from affordance.files.atomic import quarantine, write_text
+from affordance.files.bounded import MESH, SETTINGS, read_bytes, read_text, read_yaml, suggest_file
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.lacks import write_lacks
 from affordance.files.model_files import list_model_files
@@ -48,6 +48,8 @@ _STARTS = (
     ("nail.yaml", "blow.start"),
     ("tasks/carry.yaml", "start"),
 )
+# File with a digest of all other files of a cached import, written last.
+_SEAL = "sha256.txt"
 _STUCK_JOINT = "stuck_sensor.stuck_joint"
 
 
@@ -102,7 +104,7 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
 
     The folder's name contains a digest of the file and its includes, the options, the program's own tasks and the
     importer's code, so the folder always holds what a new import would give. Of meshes, only their names in the file
-    enter the digest.
+    enter the digest. A folder that was changed or damaged since it was imported is set aside, and imported anew.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     files = [
@@ -115,11 +117,25 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
         digest.update(file.name.encode())
         digest.update(read_bytes(file, MESH))
     folder = root / f"{path.stem}-{options.tip or 'arm'}-{digest.hexdigest()[:12]}".replace("/", "_")
-    if not (folder / "report.html").exists():  # the last file to be written
+    seal = folder / _SEAL
+    if folder.exists() and seal.is_file() and _digest(folder) != read_text(seal, SETTINGS):
+        quarantine(folder, "was changed since it was imported")
+    if not seal.is_file():  # none, or an import was broken off
         if folder.exists():
             shutil.rmtree(folder)
         import_arm(path, options, folder)
+        write_text(seal, _digest(folder))
     return folder
+
+
+def _digest(folder: Path) -> str:
+    """Computes a digest of all files in a folder, by name, except the one that holds the digest."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and path.name != _SEAL:
+            digest.update(str(path.relative_to(folder)).encode())
+            digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
 
 
 def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> Robot:

@@ -1,6 +1,7 @@
 """Trial tables of the command line: means, files, refusals, and what tells learners apart."""
 
 import json
+import re
 
 import pandas as pd
 import pytest
@@ -56,6 +57,29 @@ def test_table_is_lifted_and_written_with_what_was_done(folder):
     assert (numbers["participants"], numbers["repeats_of_each"], numbers["repeats"]) == (2, 2, 4)
     of_p1 = lifts[(lifts["participant"] == "P1") & (lifts["object"] == "large")]["force"]
     assert again[1]["force_N"] == pytest.approx(of_p1.mean(), rel=1e-6)
+
+
+def test_push_too_strong_for_a_hand_is_said(folder):
+    """A light object of the size of a bucket is expected to weigh as much as any of its size."""
+    (folder / "objects.yaml").write_text(OBJECTS.replace("0.04, 0.12", "0.1, 0.3"), encoding="utf-8")
+    words = (
+        "lift",
+        "--trials",
+        "trials.csv",
+        "--objects",
+        "objects.yaml",
+        *NAMED,
+        "--learner",
+        "density",
+        "--jobs",
+        1,
+    )
+    said = [line for line in answer(*words).lines if line.startswith("Simulated pushes know no limit of a hand")]
+    assert len(said) == 1
+    assert re.search(r": large up to \d+ N\.$", said[0])
+    assert "Simulated pushes know no limit of a hand" in (folder / "results" / "report.html").read_text(
+        encoding="utf-8"
+    )
 
 
 def test_learners_are_told_apart_by_a_table(folder):

@@ -172,10 +172,12 @@ def test_slider_values_out_of_range_are_replaced(scene, sent, used):
 @pytest.mark.skipif(sys.platform == "darwin", reason="has a single local address")
 def test_no_website_can_guess_where_the_scene_listens():
     """A browser lets any website send messages to a known local port, and a broken one ends Meshcat's process."""
-    addresses = {urlsplit(open_meshcat("a test").web_url()).hostname for _ in range(3)}
-    assert len(addresses) == 3
-    for address in addresses:
-        assert ipaddress.ip_address(address).is_loopback
+    addresses = [urlsplit(open_meshcat("a test").web_url()) for _ in range(3)]
+    assert len({each.hostname for each in addresses}) == 3
+    assert len({each.port for each in addresses}) > 1
+    for each in addresses:
+        assert ipaddress.ip_address(each.hostname).is_loopback
+        assert each.port > 10_000
 
 
 def test_objects_are_shown_in_turn_and_a_wish_chooses_the_next(monkeypatch, scene, weight):

@@ -74,6 +74,21 @@ def test_torques_without_the_arm_s_own_are_found_in_either_direction(robot):
     assert _say(robot, _describe(replace(without, signal=0.1 * without.signal), compensates_arm=True)) == []
 
 
+@pytest.mark.parametrize("kind", [SignalKind.JOINT_TORQUE, SignalKind.MOTOR_TORQUE])
+def test_torques_without_gravity_alone_or_without_all_of_the_arm_s_own_are_told_apart(robot, kind):
+    """A controller that subtracts the torque at rest leaves friction and the inertia of the links in the signal."""
+    truth = replace(_TRUTH, file_error=0.0)
+    run = generate_run(robot, None, truth=truth, rng=np.random.default_rng(3), kind=kind)
+    v, rest = run.v, np.zeros_like(run.v)
+    for motion, key in (((rest, rest), "gravity"), ((v, np.gradient(v, run.times, axis=0)), "arm")):
+        without = replace(run, signal=run.signal - 0.95 * robot.compute_arm_torques(run.q, *motion))
+        (said,) = _say(robot, without)
+        assert said.startswith("the signals lack the arm's own weight")
+        assert said.endswith(f"(compensates: {key})")
+        described = {"compensates_arm": True, "leaves_inertia": key == "gravity"}
+        assert _say(robot, _describe(without, **described)) == []
+
+
 def _hold(robot, signal, q, kind=SignalKind.WRENCH):
     return Run("held", RunDescription(robot.joint_names, kind, postures=True), 0.5 * np.arange(len(q)), q, signal)
 
@@ -126,4 +141,18 @@ def test_forces_a_second_late_and_a_wrench_along_the_axes_of_the_base_are_named(
     of_axes = [compute_force_regressors(robot.with_gravity(axis), run.q)[:, :3, 0] for axis in np.eye(3)]
     in_base = np.einsum("nib,nci->ncb", np.stack(of_axes, axis=2), run.signal.reshape(-1, 2, 3)).reshape(-1, 6)
     (sentence,) = find_contradictions(robot, replace(run, signal=in_base), DEFAULT_SETTINGS)
-    assert "along the base's axes" in sentence
+    assert sentence.endswith("along the base's axes (wrench_axes: base)")
+
+
+def test_a_wrench_along_the_axes_of_the_base_is_turned_if_its_description_says_so(robot, rng):
+    """Of held postures and a motion the mass and the centre are then right; without the key they are doubted."""
+    q = draw_postures(30, rng)
+    held = _hold(robot, generate_wrench(robot, q, PAYLOAD, rng), q)
+    moved = generate_run(robot, PAYLOAD, truth=Truth(), rng=rng, kind=SignalKind.WRENCH)
+    for run in (held, moved):
+        R = robot.compute_motion(run.q, 0.0 * run.q, 0.0 * run.q).R_WT
+        in_base = replace(run, signal=np.einsum("nij,nkj->nki", R, run.signal.reshape(-1, 2, 3)).reshape(-1, 6))
+        found = identify(robot, Runs(_describe(in_base, wrench_in_base=True)), settings=_FAST)
+        assert found.doubts == ()
+        np.testing.assert_allclose(found.parameters[:4], PAYLOAD[:4], atol=4.0 * found.mass_sd)
+        assert any("(wrench_axes: base)" in each for each in identify(robot, Runs(in_base), settings=_FAST).doubts)

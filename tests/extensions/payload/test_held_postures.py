@@ -1,5 +1,6 @@
 """Identification from held postures, end to end: what it finds, and what it says that they do not show."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -48,6 +49,24 @@ def test_four_postures_determine_mass_and_centre_of_mass(robot, num, sensor):
         assert belief.is_trusted, belief.doubts
         assert belief.mass_sd < 0.15
     assert np.sum(inside, axis=0).min() >= 15
+
+
+def test_axes_of_a_wrist_sensor_that_disagree_widen_the_interval_or_are_doubted(robot):
+    """By 3 % the interval is wider and holds the mass; by 12 % the axes are named, with the mass that each shows."""
+    rng = np.random.default_rng(0)
+    q = draw_postures(30, rng)
+    wrench = generate_wrench(robot, q, PAYLOAD, rng)
+    usual, apart, wrong = (
+        identify(robot, Runs(_hold(robot, q, wrench * np.array([*gains, 1.0, 1.0, 1.0]))), settings=_FAST)
+        for gains in ((1.0, 1.0, 1.0), (0.97, 1.0, 1.04), (1.0, 1.0, 1.12))
+    )
+    assert usual.doubts == apart.doubts == ()
+    assert apart.mass_sd > 1.3 * usual.mass_sd
+    assert apart.mass_interval90[0] < PAYLOAD[0] < apart.mass_interval90[1]
+    (doubt,) = wrong.doubts
+    assert doubt.startswith("fz: the load implies a gain ")
+    shown = [float(each) for each in re.findall(r"f[xyz] ([\d.]+) kg", doubt)]
+    np.testing.assert_allclose(shown, PAYLOAD[0] * np.array([1.0, 1.0, 1.12]), rtol=0.03)  # gains are off by 1 %
 
 
 @pytest.mark.parametrize("paired", [True, False])

@@ -117,14 +117,19 @@ def test_a_wrist_sensor_with_a_gripper_that_is_tared(robot, rng):
     assert "tared" in belief.analysis
 
 
-def test_what_the_controller_took_out_is_put_back(robot, rng):
-    loaded = generate_run(robot, PAYLOAD, truth=_TORQUE, rng=rng)
-    empty = generate_run(robot, None, truth=_TORQUE, rng=rng)
+@pytest.mark.parametrize("leaves_inertia", [False, True])
+def test_what_the_controller_took_out_is_put_back(robot, rng, leaves_inertia):
+    loaded = generate_run(robot, PAYLOAD, truth=_TORQUE, rng=rng, speed=2.0)
+    empty = generate_run(robot, None, truth=_TORQUE, rng=rng, speed=2.0)
     taken = 0.5 * PAYLOAD
-    motion = loaded.q, loaded.v, np.gradient(loaded.v, loaded.times, axis=0)
+    moves = 1.0 - leaves_inertia
+    motion = loaded.q, moves * loaded.v, moves * np.gradient(loaded.v, loaded.times, axis=0)
     torque = robot.compute_payload_regressors(*motion) @ taken + robot.compute_arm_torques(*motion)
     compensated = rename(
-        replace(loaded, signal=loaded.signal - torque), compensated_payload=taken, compensates_arm=True
+        replace(loaded, signal=loaded.signal - torque),
+        compensated_payload=taken,
+        compensates_arm=True,
+        leaves_inertia=leaves_inertia,
     )
     _assert_believes(identify(robot, Runs(compensated, (empty,)), settings=_SETTINGS))
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from helpers.refusals import refuse
 
-from affordance.commands.people.people_options import add_fit_options, read_setting
+from affordance.commands.people.arguments import add_fit_options
+from affordance.commands.people.people_options import read_setting
 from affordance.experiments.shared.holds import compute_volume
 from affordance.extensions.people.experiments.lifts import cylinder
 from affordance.extensions.people.pushes import read_lifts

@@ -66,6 +66,13 @@ _FEWEST = 2.0
 # Ratio of moment offsets to force offsets of a wrist sensor, [m], from the lever arms of its forces.
 MOMENT_SHARE = 0.1
 
+# Errors with the correlation exp(-|t| / T), summed over blocks of x T: correlation of neighbouring sums, and ratio of
+# the long-run variance to that of the sums, both as integrals of the correlation; for T from none to twenty blocks.
+_X = np.geomspace(50.0, 0.05, 200)
+_BETWEEN = _X - 1.0 + np.exp(-_X)
+_CORRELATIONS = np.append(0.0, 0.5 * (1.0 - np.exp(-_X)) ** 2 / _BETWEEN)
+_ALIKE = np.append(1.0, _X / _BETWEEN)
+
 
 class ErrorModel(NamedTuple):
     """Prior knowledge about a run's errors."""
@@ -76,12 +83,15 @@ class ErrorModel(NamedTuple):
     # Groups of channels with errors of similar size, if the arm was held at rest in a few postures; empty if it
     # moved.
     alike_at_rest: tuple[slice, ...] = ()
+    drifts: bool = False  # True if errors may last for many blocks, as those of a wrist sensor do
 
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
         """Estimates the long-run variance of each channel's error from the residual w^T z, w (C, 27); shape (C,).
 
         The estimate is the sum of the squared block sums of the residual divided by the number of samples, that is,
-        the variance of one sample times the number of samples that share its error. It is at least the variance with
+        the variance of one sample times the number of samples that share its error. If the sensor drifts, it is
+        multiplied by the number of blocks that share an error, which follows from the correlation of neighbouring
+        blocks. It is at least the variance with
         correlation by the filter alone, and at least that of earlier runs. A channel with no more independent samples
         than fitted unknowns has an uninformative residual, so its whole signal may be error. At rest the errors of
         postures are independent but few: see ``estimate_variance_at_rest``.
@@ -90,27 +100,35 @@ class ErrorModel(NamedTuple):
             estimate = estimate_variance_at_rest(statistics, weights, self.alike_at_rest)
             return np.where(statistics.counts > 0, np.maximum(estimate, self.least_variance), 1.0)
         count = np.maximum(statistics.counts, 1.0)
-        fitted = _count_fitted(statistics)
+        fitted = self._count_fitted(statistics)
         all_of_it = statistics.products[:, SIGNAL, SIGNAL]
         squares = np.where(count > fitted * self.alike, statistics.sum_squares(weights), all_of_it)
         single = np.maximum(squares / count, np.finfo(float).tiny)
         variance = single * self.alike
         if self.correlated:
-            variance = np.maximum(variance, statistics.sum_block_squares(weights) / count)
+            blocks = statistics.sum_block_squares(weights) / count
+            variance = np.maximum(variance, blocks * self._count_alike_blocks(statistics, weights))
         independent = count * single / variance
         variance = variance * independent / np.maximum(independent - fitted, np.minimum(independent, _FEWEST))
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
 
-    def count_freedom(self, statistics: JointStatistics) -> Array:
-        """Counts the degrees of freedom of each channel's estimated variance, (C,): blocks less fitted unknowns."""
+    def _count_alike_blocks(self, statistics: JointStatistics, weights: Array) -> Array:
+        """Counts the neighbouring blocks that share an error, shape (C,), as at least one."""
+        if not self.drifts:
+            return np.ones(statistics.num_channels)
+        alike: Array = np.interp(statistics.correlate_blocks(weights), _CORRELATIONS, _ALIKE)
+        return alike
+
+    def count_freedom(self, statistics: JointStatistics, weights: Array) -> Array:
+        """Counts the degrees of freedom of each channel's estimated variance, (C,): errors less fitted unknowns."""
         count = np.maximum(statistics.counts, 1.0)
-        errors = count / (statistics.block_length if self.correlated else self.alike)
-        return np.maximum(errors - _count_fitted(statistics), np.minimum(errors, _FEWEST))
+        of_block = statistics.block_length * self._count_alike_blocks(statistics, weights)
+        errors = count / (of_block if self.correlated else self.alike)
+        return np.maximum(errors - self._count_fitted(statistics), np.minimum(errors, _FEWEST))
 
-
-def _count_fitted(statistics: JointStatistics) -> float:
-    """Returns the number of unknowns that are fitted per channel."""
-    return _OWN + _SHARED / statistics.num_channels
+    def _count_fitted(self, statistics: JointStatistics) -> float:
+        """Returns the number of unknowns that are fitted per channel; a sensor that drifts has no friction."""
+        return (_OFFSET if self.drifts else _OWN) + _SHARED / statistics.num_channels
 
 
 @dataclass(frozen=True)
@@ -193,6 +211,7 @@ class Evidence:
     def build_error_model(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""
         errors = build_error_model(self.rate, self.prepared.cutoff, self.least_variance, settings)
+        errors = errors._replace(drifts=self.kind is SignalKind.WRENCH)
         return errors._replace(alike_at_rest=self._list_alike()) if self.is_at_rest else errors
 
     @property
@@ -274,9 +293,11 @@ def build_evidence(
 def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
     """Adds the torques that a run's controller subtracted back to its signal, gain of shape (n,); (N, n)."""
     description, signal = run.description, prepared.signal
+    rest = np.zeros_like(prepared.v)
+    motion = (prepared.q, rest, rest) if description.leaves_inertia else prepared.motion
     if description.compensates_arm:
-        signal = signal + gain * robot.compute_arm_torques(*prepared.motion)
+        signal = signal + gain * robot.compute_arm_torques(*motion)
     if description.compensated_payload.any():
-        payload = robot.compute_payload_regressors(*prepared.motion) @ description.compensated_payload
+        payload = robot.compute_payload_regressors(*motion) @ description.compensated_payload
         signal = signal + gain * payload
     return signal

@@ -80,6 +80,8 @@ class JointStatistics:
 
     products: Array  # sum of z z^T of each channel, shape (C, 27, 27)
     block_products: Array  # sum of b b^T, where b is the sum of z over a complete block, shape (C, 27, 27)
+    # Sum of (a b^T + b a^T) / 2 over neighbouring complete blocks with sums a and b, shape (C, 27, 27).
+    neighbour_products: Array
     block_sum: Array  # sum of z over the block that is not yet complete, shape (C, 27)
     counts: Array  # number of used samples of each channel, shape (C,)
     block_length: int  # number of rows in a block
@@ -101,6 +103,14 @@ class JointStatistics:
         unfinished: Array = np.einsum("ci,ci->c", w, self.block_sum) ** 2
         return whole + unfinished
 
+    def correlate_blocks(self, w: Array) -> Array:
+        """Computes the correlation of residuals w^T z between neighbouring blocks, shape (C,)."""
+        squares, between = (
+            np.einsum("ci,cij,cj->c", w, each, w) for each in (self.block_products, self.neighbour_products)
+        )
+        correlation: Array = between / np.maximum(squares, np.finfo(float).tiny)
+        return correlation
+
 
 def compute_statistics(samples: ChannelSamples, block_length: int) -> JointStatistics:
     """Computes the sums over a whole run."""
@@ -109,9 +119,11 @@ def compute_statistics(samples: ChannelSamples, block_length: int) -> JointStati
     sums = np.add.reduceat(z, np.arange(0, num_rows, block_length), axis=1)  # (C, blocks, 27)
     whole = num_rows % block_length == 0
     closed = sums if whole else sums[:, :-1]
+    neighbours = closed[:, :-1].transpose(0, 2, 1) @ closed[:, 1:]
     return JointStatistics(
         z.transpose(0, 2, 1) @ z,
         closed.transpose(0, 2, 1) @ closed,
+        0.5 * (neighbours + neighbours.transpose(0, 2, 1)),
         np.zeros_like(z[:, 0]) if whole else sums[:, -1],
         samples.used.sum(axis=0, dtype=float),
         block_length,

@@ -91,6 +91,16 @@ def compute_force_regressors(robot: SerialChain, q: Array) -> Array:
     return forces
 
 
+def express_in_sensor(robot: SerialChain, run: Run) -> Run:
+    """Expresses a wrench that is given along the base's axes in those of the sensor; other runs stay as they are."""
+    if not run.description.wrench_in_base:
+        return run
+    rest = np.zeros_like(run.q)
+    R_BS = robot.compute_motion(run.q, rest, rest).R_WT
+    description = replace(run.description, wrench_in_base=False)
+    return replace(run, description=description, signal=(run.signal.reshape(-1, 2, 3) @ R_BS).reshape(-1, 6))
+
+
 def find_tilt(robot: SerialChain, run: Run) -> Tilt:
     """Estimates the direction of gravity from the forces of a run of postures."""
     described = robot.gravity_W

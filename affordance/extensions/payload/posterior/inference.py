@@ -147,8 +147,9 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
     if evidence.is_at_rest:
         sentences.append(f"{len(evidence.prepared.times)} postures held at rest; their errors are independent")
         return tuple(sentences)
+    between = " and from one to the next" if evidence.kind is SignalKind.WRENCH else ""
     sentences.append(
-        f"errors are correlated over a time estimated from the residual, in blocks of {settings.block:g} s"
+        f"errors are correlated over a time estimated from the residual, in blocks of {settings.block:g} s{between}"
         if settings.correlated_noise
         else "errors of all samples are independent (switched off)"
     )

@@ -15,13 +15,15 @@ from affordance.extensions.payload.evidence.payload_likelihood import ChannelPri
 from affordance.extensions.payload.posterior.body_posterior import Mode, guess_theta, improve_mode, measure_step
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
-from affordance.extensions.payload.settings import IdentificationSettings
+from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 
 # Number of draws of the error variances over which a posterior is averaged.
 _NUM_VARIANTS = 8
 _MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
 # Tolerances of a relative change of a variance, and of a change of the body in squared standard deviations.
 _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
+# Candidates for the ratio of a wrist sensor's errors of gains to the stated ones, even in the logarithm.
+_FACTORS = np.geomspace(0.05, 50.0, 100)
 # Least gain of the log probability for which the second of two starts is used; results of one optimum differ by less.
 _CLEARLY = 1.0
 
@@ -100,6 +102,44 @@ def _measure(likelihood: PayloadLikelihood, mode: Mode, solid: SolidPrior) -> fl
     return float(likelihood.compute_log_likelihood(mode.load[None])[0] + of_body - 0.5 * of_phantom)
 
 
+def measure_axes(fit: PayloadFit) -> tuple[Array, Array]:
+    """Measures the scale of a wrist sensor's force along each axis, relative to the fitted load.
+
+    It is the slope of the force on that of the load, with an offset. The prior of the gains does not enter.
+
+    Returns: The scales and their standard errors, shape (3,) each.
+    """
+    samples = fit.evidence.samples
+    expected = (samples.Y @ (fit.mode.load + fit.likelihood.prior.phantom))[:, :3]
+    about = expected - expected.mean(axis=0)
+    squares = np.maximum((about**2).sum(axis=0), np.finfo(float).tiny)
+    return (about * samples.signal[:, :3]).sum(axis=0) / squares, np.sqrt(fit.long_run_variance[:3] / squares)
+
+
+def widen_by_axes(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> Gains:
+    """Widens a wrist sensor's gains to as much as its axes disagree about the weight of the load.
+
+    The variance s^2 of a gain about what is common to all has a scaled inverse chi-squared prior, in which the stated
+    variance weighs as much as one gain. Scales of forces are normal about their mean with variance s^2 plus that of
+    their errors. The posterior mean of 1 / s^2 is used, but no gain is taken for better known than stated.
+    """
+    if evidence.kind is not SignalKind.WRENCH:
+        return gains
+    solid = SolidPrior.for_hand().with_common_factor(gains.common_sd)
+    scale, error = measure_axes(
+        fit_payload(evidence, build_channel_prior(evidence, gains, settings), solid, settings)
+    )
+    stated = gains.covariance[:3, 0, 0].mean()
+    variance = stated * _FACTORS**2
+    of_each = variance[:, None] + error**2
+    mean = (scale / of_each).sum(axis=1) / (1.0 / of_each).sum(axis=1)
+    log_density = -0.5 * (np.log(of_each) + (scale - mean[:, None]) ** 2 / of_each).sum(axis=1)
+    log_density -= 0.5 * (np.log((1.0 / of_each).sum(axis=1)) + np.log(variance) + stated / variance)
+    weights = np.exp(log_density - log_density.max())
+    factor = max(1.0, float(weights.sum() / (weights @ _FACTORS**-2.0)))
+    return replace(gains, covariance=factor * gains.covariance)
+
+
 def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[PayloadLikelihood]:
     """Builds likelihoods with error variances drawn from their uncertainty after the run.
 
@@ -107,7 +147,7 @@ def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[Paylo
     freedom. Each channel takes each quantile of it once, in a random order of its own (a Latin hypercube). Fewer than
     one error counts as one, because quantiles would be unbounded.
     """
-    freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics), 1.0)
+    freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics, fit.weights), 1.0)
     middles = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
     rng = np.random.default_rng(0)
     quantiles = np.array([rng.permutation(chdtri(each, middles)) for each in freedom])

@@ -68,11 +68,13 @@ class RunDescription:
         base: Link in whose frame gravity is given; empty for the first link of the chain.
         gravity: Gravity in the base frame, shape (3,), [m/s^2].
         compensates_arm: True if the controller has subtracted the arm's own torque from the signal.
+        leaves_inertia: True if what it has subtracted is the torque due to gravity alone, at each posture.
         compensated_payload: Ten parameters, at the tip, of a payload whose torque the controller has subtracted,
             shape (10,).
         reference_mass: Mass of the load, [kg]; None if it was not weighed.
         object_pose: Pose of the held tool in the tip, X_tip_T, shape (4, 4).
         postures: True if each row is a posture in which the arm was held at rest, so that times have no meaning.
+        wrench_in_base: True if force and torque about the tip's origin are along the base's axes, not the tip's.
     """
 
     joint_names: tuple[str, ...]
@@ -81,10 +83,12 @@ class RunDescription:
     base: str = ""
     gravity: tuple[float, float, float] = GRAVITY
     compensates_arm: bool = False
+    leaves_inertia: bool = False
     compensated_payload: Array = field(default_factory=lambda: np.zeros(10))
     reference_mass: float | None = None
     object_pose: Array = field(default_factory=lambda: np.eye(4))
     postures: bool = False
+    wrench_in_base: bool = False
 
     def __post_init__(self) -> None:
         """Checks the types and shapes of the fields.
@@ -110,7 +114,8 @@ class Run:
         description: Description of the table.
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
-        signal: Signals, shape (N, n); for a wrench (N, 6): force, then torque, on the held object, at the tip.
+        signal: Signals, shape (N, n); for a wrench (N, 6): force, then torque, on the held object, at the tip,
+            along its axes unless the description says otherwise.
         v: Joint velocities, shape (N, n), [rad/s]; None to derive them from the angles.
         vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them from the velocities.
         rows: Row of the file that holds each sample, shape (N,), for messages; None for the sample's number, from 1.

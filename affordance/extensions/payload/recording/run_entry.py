@@ -9,11 +9,13 @@ gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
 columns: ur_rtde                       # or libfranka, standard, a list of names for a table without names, or a map:
 # columns: {time: stamp, q: "pos_{}", current: [i_base, i_shoulder]}   # the log's own names; {} is the joint's number
 units: {time: s, q: rad, v: rad/s, current: A}
-compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal
+compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal;
+#                                        gravity: only the part due to gravity, so that inertia is still in it
 compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.0017]}
 reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
 force_on: object                       # or robot: the body on which the wrench acts
+wrench_axes: sensor                    # or base: the axes along which force and torque about the sensor are given
 postures: true                         # each row is a posture in which the arm was held at rest; no time is needed
 skip_rows: 2                           # number of rows above the table
 topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
@@ -239,10 +241,12 @@ class RunEntry(DataModel):
     ] = "standard"
     units: Annotated[UnitsEntry, _describe("Units of the columns.", {})] = UnitsEntry()
     compensates: Annotated[
-        bool,
-        _Word({"nothing": False, "arm": True}),
-        _describe("arm if the controller has subtracted the arm's own torque from the signal.", "nothing"),
-    ] = False
+        str,
+        _Word({each: each for each in ("nothing", "arm", "gravity")}),
+        _describe(
+            "arm or gravity if the controller has subtracted that torque of the arm from the signal.", "nothing"
+        ),
+    ] = "nothing"
     compensated_payload: Annotated[
         CompensatedEntry | None, Field(description="Payload that the controller has subtracted as well.")
     ] = None
@@ -255,6 +259,11 @@ class RunEntry(DataModel):
         _Word({"object": 1.0, "robot": -1.0}),
         _describe("Body on which a wrench acts: the object or the robot.", "object"),
     ] = 1.0
+    wrench_axes: Annotated[
+        bool,
+        _Word({"sensor": False, "base": True}),
+        _describe("Axes along which a wrench about the sensor's origin is given: sensor or base.", "sensor"),
+    ] = False
     postures: Annotated[
         bool | None,
         Field(description="true if the arm was held at rest in postures; by default inferred from the columns."),
@@ -272,9 +281,11 @@ class RunEntry(DataModel):
             tip=self.tip,
             base=self.base,
             gravity=self.gravity,
-            compensates_arm=self.compensates,
+            compensates_arm=self.compensates != "nothing",
+            leaves_inertia=self.compensates == "gravity",
             compensated_payload=np.zeros(10) if payload is None else payload.build(),
             reference_mass=self.reference_mass,
             object_pose=np.eye(4) if pose is None else pose.build(),
             postures=postures,
+            wrench_in_base=self.wrench_axes,
         )

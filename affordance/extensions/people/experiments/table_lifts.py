@@ -47,6 +47,9 @@ from affordance.runs.random_streams import ObserverDraws, Stream
 from affordance.settings import Settings
 from affordance.simulation.trial import get_runner
 
+# Upward force of the outstretched right arm that 19 of 20 men can exert, [N]: MIL-STD-1472D (quoted from
+# memory). With a bent elbow it is up to 107 N there.
+STRENGTH = 62.0
 # Unit and meaning of what is measured in a trial; NaN where it does not apply.
 MEASURED = {
     "force": ("N", "upward force before the release of a lift"),
@@ -161,7 +164,7 @@ class TableExperiment:
                 f"{count_observers(self.observers)} of each of {len(self.learners)} learners did the trials of"
                 f" {len(self.table.participants)} participants in {len(groups)} groups, with {len(objects)} objects."
             ),
-            finding="",
+            finding=describe_too_strong(lifts),
             data=lifts,
             numbers=numbers,
             claims=(),
@@ -324,6 +327,18 @@ def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
             mean["chosen"] = chosen.value_counts(normalize=True, sort=False).to_dict()
         found.append(mean)
     return found
+
+
+def describe_too_strong(lifts: pd.DataFrame) -> str:
+    """Describes in one sentence which simulated pushes are too strong for a hand; empty if none is."""
+    pushes = lifts[lifts["learner"] != PEOPLE].groupby("object", sort=False)["force"].max()
+    strong = [f"{name} up to {push:.0f} N" for name, push in pushes[pushes > STRENGTH].items()]
+    if not strong:
+        return ""
+    return (
+        f"Simulated pushes know no limit of a hand, and some exceed {STRENGTH:g} N, which one man in twenty cannot "
+        f"exert upward with an outstretched arm: {', '.join(strong)}."
+    )
 
 
 def list_numbers(

@@ -17,6 +17,7 @@ import pandas as pd
 from affordance.arguments import REPEATS
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.shared.holds import OWN_VALUES
+from affordance.extensions.people.columns import TRIAL_COLUMNS
 from affordance.extensions.people.experiments.trial_cells import (
     INDEX,
     Cells,
@@ -36,11 +37,6 @@ from affordance.objects.tool import Tool
 
 # Actions of a trial: the object is lifted from a clamp, held in the hand, only looked at, or a grip is chosen.
 DOINGS = ("lift", "hold", "look", "choose")
-# Columns that the program reads; ``force``, [N], is the force that people exerted.
-COLUMNS = (
-    *("participant", "group", "phase", "cycle", "object", "do", "task", "duration", "mass", "looks_like", "teaches"),
-    *("measured", "force"),
-)
 DURATION = 3.0  # of a hold, unless the table gives another, [s]
 _LONGEST_HOLD = 60.0  # [s]
 # Bounds on cost: a lift takes 2 ms, a second of holding 0.05 s, and a row of results a kilobyte.
@@ -97,7 +93,7 @@ def read_trials(
         BadValueError: The file cannot be read or is too large, or a cell is wrong. The message names the cell's row,
             as a spreadsheet counts, and its column.
     """
-    return _check(read_cells(path, COLUMNS, ["object"], columns), tools, materials, tasks)
+    return _check(read_cells(path, TRIAL_COLUMNS, ["object"], columns), tools, materials, tasks)
 
 
 def check_trials(
@@ -112,7 +108,7 @@ def check_trials(
     texts = frame.astype(object).map(lambda cell: "" if pd.isna(cell) else str(cell)).to_numpy(object)
     table = pd.DataFrame([[str(each) for each in frame.columns], *texts])
     table.index += 1
-    return _check(name_cells(Path(name), table, COLUMNS, ["object"], {}), tools, materials, tasks)
+    return _check(name_cells(Path(name), table, TRIAL_COLUMNS, ["object"], {}), tools, materials, tasks)
 
 
 def _check(
@@ -144,7 +140,7 @@ def _check(
     counted = rows.groupby(["place", "phase", "object"], sort=False).cumcount() + 1
     rows["cycle"] = rows["cycle"].where(rows["cycle"].notna(), counted).astype(int)
     rows["tool"], presented = list_presented(cells, rows, by_name, materials)
-    further = [name for name in cells.labels if name not in (*COLUMNS, "block")]
+    further = [name for name in cells.labels if name not in (*TRIAL_COLUMNS, "block")]
     taken = (INDEX, *WRITTEN, *(name for name in further if name.startswith(OWN_VALUES)))
     rows = rows.assign(**{name: cells.get(name) for name in further if name not in taken})
     unused = tuple(name for name in further if name in taken)

@@ -17,4 +17,7 @@ def test_sums_of_squares_are_those_of_the_residual(samples, rng):
     assert_allclose(sums.sum_squares(weights), (residual**2).sum(axis=0), rtol=1e-12)
     blocks = np.add.reduceat(residual, np.arange(0, len(residual), _BLOCK), axis=0)
     assert_allclose(sums.sum_block_squares(weights), (blocks**2).sum(axis=0), rtol=1e-12)
+    whole = blocks[: len(residual) // _BLOCK]
+    r = (whole[1:] * whole[:-1]).sum(axis=0) / (whole**2).sum(axis=0)
+    assert_allclose(sums.correlate_blocks(weights), r, rtol=1e-9)
     assert_allclose(sums.counts, samples.used.sum(axis=0))

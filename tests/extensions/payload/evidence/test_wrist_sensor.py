@@ -68,3 +68,14 @@ def test_the_centre_of_a_nearly_symmetric_tool_is_found_in_a_slow_narrow_motion(
     )
     assert np.abs(belief.marginals.mean[1:4] - _SYMMETRIC[1:4] / _SYMMETRIC[0]).max() < 0.003
     assert np.abs(belief.gains[:, 0] - 1.0).max() < 0.05
+
+
+def test_intervals_of_a_sensor_that_drifts_over_many_seconds_hold_the_truth(robot):
+    """Of twelve slow runs the 90 % intervals hold at least nine masses, and centres coordinate by coordinate."""
+    truth = np.array([_SYMMETRIC[0], *(_SYMMETRIC[1:4] / _SYMMETRIC[0])])
+    inside = []
+    for seed in range(12):
+        run = generate_slow_wrench(robot, _SYMMETRIC, np.random.default_rng(seed))
+        m = identify(robot, Runs(run), settings=_FAST).marginals
+        inside.append((m.low90[:4] <= truth) & (m.high90[:4] >= truth))
+    assert np.sum(inside, axis=0).min() >= 9

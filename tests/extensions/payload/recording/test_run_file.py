@@ -86,12 +86,15 @@ def test_a_wrist_wrench_pushes_the_robot_or_the_object(tmp_path):
     assert on_object.description.kind is SignalKind.WRENCH
     assert_allclose(on_object.signal, wrench)
     assert_allclose(on_robot.signal, -wrench)
+    in_base = read_run(_write(tmp_path, header, [_TIMES, _Q, wrench], "wrench_axes: base\n", "c.csv"))
+    assert (on_object.description.wrench_in_base, in_base.description.wrench_in_base) == (False, True)
 
 
-def test_what_a_controller_took_out_is_ten_parameters_at_the_tip(tmp_path):
-    yaml = "compensates: arm\ncompensated_payload: {mass: 2, com: [0, 0, 0.1], inertia: [0.01, 0.02, 0.03]}\n"
+@pytest.mark.parametrize("key", ["arm", "gravity"])
+def test_what_a_controller_took_out_is_ten_parameters_at_the_tip(tmp_path, key):
+    yaml = f"compensates: {key}\ncompensated_payload: {{mass: 2, com: [0, 0, 0.1], inertia: [0.01, 0.02, 0.03]}}\n"
     description = read_run(_write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], yaml)).description
-    assert description.compensates_arm
+    assert (description.compensates_arm, description.leaves_inertia) == (True, key == "gravity")
     assert_allclose(description.compensated_payload[:7], [2.0, 0.0, 0.0, 0.2, 0.03, 0.04, 0.03])
 
 
@@ -204,7 +207,8 @@ def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp
         ("columns: {q: [1, 2]}", "columns.q: is [1, 2], must be a name"),
         ("columns: frankalib", "columns: is 'frankalib', must be a list of names, a mapping, or standard"),
         ("skip_rows: 2.5", "skip_rows: is 2.5, must be a whole number"),
-        ("compensates: legs", "compensates: is 'legs', must be nothing or arm"),
+        ("compensates: legs", "compensates: is 'legs', must be nothing or arm or gravity"),
+        ("wrench_axes: world", "wrench_axes: is 'world', must be sensor or base"),
         ("force_on: [robot]", "force_on: is ['robot'], must be object or robot"),
         ("object_pose: {rpy_deg: [0, 0, 1]}", "object_pose.position: is missing"),
         ("compensated_payload: {mass: -1, com: [0, 0, 0]}", "compensated_payload.mass: is -1, must be from 0"),

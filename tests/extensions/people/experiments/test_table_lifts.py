@@ -17,6 +17,7 @@ from affordance.extensions.people.experiments.table_lifts import (
     TableExperiment,
     average,
     describe_means,
+    describe_too_strong,
     list_numbers,
     tabulate_means,
 )
@@ -236,6 +237,14 @@ def test_each_observer_counts_once():
 def test_rows_that_are_not_measured_do_not_count():
     (density, _) = average(build_lifts(measured=[True, True, False, True, True]))
     assert density["force_N"] == pytest.approx(3.0)
+
+
+def test_pushes_that_no_hand_exerts_are_named():
+    """People push as they do; an object that is expected to weigh 72 N is lifted with 72 N by any observer."""
+    lifts = build_lifts(object=["small", "large", "large", "small", "small"])
+    assert describe_too_strong(lifts.assign(force=[2.0, 62.0, 61.0, 90.0, 1.0])) == ""
+    said = describe_too_strong(lifts.assign(force=[2.0, 66.0, 72.0, 90.0, np.nan]))
+    assert said.endswith("with an outstretched arm: large up to 72 N.")
 
 
 def test_choices_are_shares():
