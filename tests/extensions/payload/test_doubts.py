@@ -191,15 +191,19 @@ def test_gains_that_differ_between_both_runs_are_doubted(robot, weighed, monkeyp
     )
 
 
-def test_commanded_currents_are_seen(robot, weighed):
-    """What a controller commands by the arm's model has the noise of no sensor."""
+@pytest.mark.parametrize("kept", [0.0, 0.3])
+def test_commanded_currents_are_seen(robot, weighed, kept):
+    """What a controller commands by the arm's model has the noise of no sensor, or of one joint's sensor only."""
     gains, *runs = weighed
     commanded = []
     for run in runs:
         motion = run.q, run.v, np.gradient(run.v, run.times, axis=0)
-        rounded = 1e-3 * np.random.default_rng(len(commanded)).uniform(-0.5, 0.5, run.signal.shape)
-        torque = robot.compute_arm_torques(*motion)
-        commanded.append(replace(run, signal=gains.mean[:, 0] * torque + rounded))
+        rng = np.random.default_rng(len(commanded))
+        signal = gains.mean[:, 0] * robot.compute_arm_torques(*motion) + 1e-3 * rng.uniform(
+            -0.5, 0.5, run.signal.shape
+        )
+        signal[:, 0] += kept * (np.sqrt(run.rate * gains.least_variance[0]) * rng.standard_normal(len(signal)))
+        commanded.append(replace(run, signal=signal))
     doubts = identify(robot, Runs(commanded[1], (commanded[0],)), gains=gains, settings=_SETTINGS).doubts
     assert any("are these commanded values instead of measured ones?" in doubt for doubt in doubts)
 
