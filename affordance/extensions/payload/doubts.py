@@ -11,13 +11,20 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadValueError
 from affordance.extensions.payload.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.extensions.payload.evidence.gains import Gains
+from affordance.extensions.payload.posterior.calibration import SCALE_SD
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
-from affordance.extensions.payload.posterior.payload_fit import build_channel_prior, fit_payload, measure_axes
+from affordance.extensions.payload.posterior.payload_fit import (
+    build_channel_prior,
+    estimate_changes,
+    fit_payload,
+    measure_axes,
+)
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.recording.joint_rates import find_lag
 from affordance.extensions.payload.recording.preparation import prepare
@@ -319,13 +326,8 @@ def _judge_fit(
     yield from _judge_gains(robot, belief, judged if belief.calibration is None else np.ones_like(judged))
     yield from _judge_weighing(belief)
     yield from _judge_shifts(belief, before)
-    change, change_sd = belief.fit.likelihood.estimate_changes(belief.fit.mode.load)
-    for j in np.flatnonzero(judged & (np.abs(change) > _MOST_CHANGE * np.maximum(change_sd, 1e-30))):
-        yield (
-            f"{robot.joint_names[j]}: the signal for the arm's own weight has changed by {100.0 * change[j]:+.1f} % "
-            f"since the empty run; usual changes stay within {100.0 * _MOST_CHANGE * change_sd[j]:.1f} %: the gains "
-            "of the two runs differ"
-        )
+    if evidence.is_repeated:
+        yield from _judge_changes(robot, belief, before, np.flatnonzero(judged), settings)
     bound = _MOST_RESIDUAL[evidence.is_difference, evidence.is_repeated]
     usual = np.maximum(torque_sd, _LEAST_SIGNAL * strength)
     share = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * usual, 1e-30)
@@ -414,6 +416,37 @@ def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> It
             f"{_MOST_ERRORS:g} times is usual: sensor or angles are wrong, or signal and motion do not belong "
             "together"
         )
+
+
+def _judge_changes(
+    robot: SerialChain,
+    belief: PayloadBelief,
+    before: Gains,
+    judged: NDArray[np.intp],
+    settings: IdentificationSettings,
+) -> Iterator[str]:
+    """Tests whether the gains of the judged joints changed since the empty run, first together, then one by one.
+
+    After a fitted arm its own errors look like such a change, so that only repeated motions are tested.
+    """
+    if not judged.size:
+        return
+    solid = SolidPrior.for_hand()
+    if belief.calibration is not None and belief.reference_mass is not None:
+        solid = solid.with_mass(belief.reference_mass, SCALE_SD * belief.reference_mass)
+    change, covariance = estimate_changes(belief.fit, solid.with_common_factor(before.common_sd), settings)
+    change, covariance = change[judged], covariance[np.ix_(judged, judged)]
+    weights = np.linalg.solve(covariance, np.ones(len(judged)))
+    tests = [("all joints", weights @ change / weights.sum(), 1.0 / np.sqrt(weights.sum()))]
+    if abs(tests[0][1]) <= _MOST_CHANGE * tests[0][2]:
+        names = np.array(robot.joint_names)[judged]
+        tests = list(zip(names, change, np.sqrt(np.diagonal(covariance)), strict=True))
+    for name, found, sd in tests:
+        if abs(found) > _MOST_CHANGE * sd:
+            yield (
+                f"{name}: the signal for the arm's own weight has changed by {100.0 * found:+.1f} % since the empty "
+                f"run; usual changes stay within {100.0 * _MOST_CHANGE * sd:.1f} %: the gains of the two runs differ"
+            )
 
 
 def _judge_halves(
