@@ -326,7 +326,7 @@ def _judge_fit(
     yield from _judge_gains(robot, belief, judged if belief.calibration is None else np.ones_like(judged))
     yield from _judge_weighing(belief)
     yield from _judge_shifts(belief, before)
-    if evidence.is_repeated:
+    if evidence.is_repeated and not evidence.is_at_rest:
         yield from _judge_changes(robot, belief, before, np.flatnonzero(judged), settings)
     bound = _MOST_RESIDUAL[evidence.is_difference, evidence.is_repeated]
     usual = np.maximum(torque_sd, _LEAST_SIGNAL * strength)
@@ -427,7 +427,7 @@ def _judge_changes(
 ) -> Iterator[str]:
     """Tests whether the gains of the judged joints changed since the empty run, first together, then one by one.
 
-    After a fitted arm its own errors look like such a change, so that only repeated motions are tested.
+    Errors of a fitted arm, and those of a few postures, look like such a change: only repeated motions are tested.
     """
     if not judged.size:
         return

@@ -173,7 +173,7 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
 
     Body and variances are fitted again, with changes of any size. The errors of the changes are those for a given
     load, plus those that the uncertainty of body and phantom payload causes. A variance that was estimated from n
-    errors is taken n / (n - 2) times, as that of Student's t.
+    errors is taken n / (n - 2) times, as that of Student's t, unless earlier runs bound it.
 
     Returns: The relative changes, shape (C,), and the covariance that errors and usual changes give them, (C, C).
     """
@@ -183,9 +183,9 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
     errors = fit.evidence.build_error_model(settings)
     likelihood, mode, variance, weights = fit_statistics(statistics, errors, free, solid, fit.mode.theta)
     change = -weights[:, ARM] / gain
-    if not fit.evidence.is_at_rest:  # errors at rest are already widened
-        freedom = errors.count_freedom(statistics)
-        variance = variance * freedom / np.maximum(freedom - 2.0, _LEAST_FREEDOM)
+    freedom = errors.count_freedom(statistics, weights)
+    widening = freedom / np.maximum(freedom - 2.0, _LEAST_FREEDOM)
+    variance = variance * np.where(errors.least_variance > 0.0, 1.0, widening)
     # Columns of g, h, friction, rotor inertia and change at the most probable load.
     columns, half = np.zeros((NUM_COLUMNS, 7)), LOAD.stop // 2
     columns[1:half, 0] = columns[half + 1 : LOAD.stop, 1] = mode.load + prior.phantom
