@@ -8,7 +8,6 @@ from helpers.refusals import refuse
 from affordance.exceptions import BadValueError
 from affordance.extensions.payload.doubts import compare_with_own_weight
 from affordance.extensions.payload.evidence.gains import read_gains, write_gains
-from affordance.extensions.payload.evidence.payload_likelihood import PayloadLikelihood
 from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.posterior.calibration import estimate_gains
 from affordance.extensions.payload.recording.preparation import prepare
@@ -179,27 +178,32 @@ def test_another_controller_is_seen_by_the_weight_of_the_arm(robot, weighed, fac
     assert any("since the gains were found; usual changes stay within " in doubt for doubt in doubts) == is_seen
 
 
-@pytest.mark.parametrize(("change", "is_seen"), [(0.01, False), (0.05, True)])
-def test_gains_that_differ_between_both_runs_are_doubted(robot, weighed, monkeypatch, change, is_seen):
+@pytest.mark.parametrize(("joints", "name"), [((), ""), (range(6), "all joints"), ((1,), "joint_2")])
+def test_gains_that_differ_between_both_runs_are_doubted(robot, weighed, joints, name):
+    """Signals of all joints, or of one, that are 5 % too large in the loaded run alone are found and named."""
     gains, empty, loaded = weighed
-    found = np.full(6, change), np.full(6, 0.0045)
-    monkeypatch.setattr(PayloadLikelihood, "estimate_changes", lambda *_: found)
-    doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
-    assert (
-        any("has changed by +5.0 % since the empty run; usual changes stay within 1.3 %" in doubt for doubt in doubts)
-        == is_seen
-    )
+    factors = np.ones(6)
+    factors[list(joints)] = 1.05
+    doubts = identify(
+        robot, Runs(replace(loaded, signal=factors * loaded.signal), (empty,)), gains=gains, settings=_SETTINGS
+    ).doubts
+    found = [doubt for doubt in doubts if "since the empty run; usual changes stay within" in doubt]
+    assert [doubt.split(":")[0] for doubt in found] == [name] * bool(joints)
 
 
-def test_commanded_currents_are_seen(robot, weighed):
-    """What a controller commands by the arm's model has the noise of no sensor."""
+@pytest.mark.parametrize("kept", [0.0, 0.3])
+def test_commanded_currents_are_seen(robot, weighed, kept):
+    """What a controller commands by the arm's model has the noise of no sensor, or of one joint's sensor only."""
     gains, *runs = weighed
     commanded = []
     for run in runs:
         motion = run.q, run.v, np.gradient(run.v, run.times, axis=0)
-        rounded = 1e-3 * np.random.default_rng(len(commanded)).uniform(-0.5, 0.5, run.signal.shape)
-        torque = robot.compute_arm_torques(*motion)
-        commanded.append(replace(run, signal=gains.mean[:, 0] * torque + rounded))
+        rng = np.random.default_rng(len(commanded))
+        signal = gains.mean[:, 0] * robot.compute_arm_torques(*motion) + 1e-3 * rng.uniform(
+            -0.5, 0.5, run.signal.shape
+        )
+        signal[:, 0] += kept * (np.sqrt(run.rate * gains.least_variance[0]) * rng.standard_normal(len(signal)))
+        commanded.append(replace(run, signal=signal))
     doubts = identify(robot, Runs(commanded[1], (commanded[0],)), gains=gains, settings=_SETTINGS).doubts
     assert any("are these commanded values instead of measured ones?" in doubt for doubt in doubts)
 

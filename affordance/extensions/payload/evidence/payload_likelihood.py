@@ -213,17 +213,6 @@ class PayloadLikelihood:
         precision = 1.0 + float((self._tt - (along * p).sum(axis=1)).sum())
         return float(f.sum()) / precision
 
-    def estimate_changes(self, pi: Array) -> tuple[Array, Array]:
-        """Computes the relative change of each channel's gain since the subtracted run, (C,), and its prior SD, (C,).
-
-        The load, (10,), is given. Both results are zero where no run was subtracted.
-        """
-        own, shared = (np.broadcast_to(each, self._tt.shape) for each in (self.prior.own_change_sd, self._shared_sd))
-        gain = np.maximum(np.abs(self.prior.gain[:, 0]), np.finfo(float).tiny)
-        w = self.build_residual_weights(pi)
-        change = -w[:, ARM] if not self.prior.has_arm else np.zeros_like(gain)
-        return change / gain * np.sign(self.prior.gain[:, 0]), np.hypot(own, shared) / gain
-
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
         """Computes the posterior means, (C, 2), and covariances, (C, 2, 2), of g and h given a load, (10,)."""
         return self._estimate_gains(self._condition(pi))

@@ -10,10 +10,18 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.extensions.payload.evidence.evidence import ErrorModel, Evidence
 from affordance.extensions.payload.evidence.gains import Gains
-from affordance.extensions.payload.evidence.joint_statistics import SIGNAL, JointStatistics
-from affordance.extensions.payload.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.extensions.payload.evidence.joint_statistics import (
+    ARM,
+    FRICTION,
+    LOAD,
+    NUM_COLUMNS,
+    ROTOR,
+    SIGNAL,
+    JointStatistics,
+)
+from affordance.extensions.payload.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood, factor
 from affordance.extensions.payload.posterior.body_posterior import Mode, guess_theta, improve_mode, measure_step
-from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
+from affordance.extensions.payload.posterior.log_cholesky import compute_jacobian, parameters_from_theta
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 
@@ -26,6 +34,9 @@ _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
 _FACTORS = np.geomspace(0.05, 50.0, 100)
 # Least gain of the log probability for which the second of two starts is used; results of one optimum differ by less.
 _CLEARLY = 1.0
+# Relative SD of a gain's change that leaves the estimate to the data, and finite-difference step of that estimate's
+# derivatives, in standard deviations of the load. Bound below which n - 2 counts as this number.
+_FREE, _STEP, _LEAST_FREEDOM = 10.0, 1e-4, 0.1
 
 
 class PayloadFit(NamedTuple):
@@ -155,6 +166,45 @@ def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[Paylo
     return [
         PayloadLikelihood(fit.statistics, fit.likelihood.prior, fit.long_run_variance * each) for each in factors.T
     ]
+
+
+def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: IdentificationSettings) -> tuple[Array, Array]:
+    """Estimates the change of each gain since the subtracted run by the data alone, without a prior that shrinks it.
+
+    Body and variances are fitted again, with changes of any size. The errors of the changes are those for a given
+    load, plus those that the uncertainty of body and phantom payload causes. A variance that was estimated from n
+    errors is taken n / (n - 2) times, as that of Student's t, unless earlier runs bound it.
+
+    Returns: The relative changes, shape (C,), and the covariance that errors and usual changes give them, (C, C).
+    """
+    prior, statistics = fit.likelihood.prior, fit.statistics
+    num, gain = statistics.num_channels, np.where(prior.gain[:, 0] == 0.0, np.inf, prior.gain[:, 0])
+    free = replace(prior, own_change_sd=_FREE * np.abs(prior.gain[:, 0]), shared_change_sd=0.0)
+    errors = fit.evidence.build_error_model(settings)
+    likelihood, mode, variance, weights = fit_statistics(statistics, errors, free, solid, fit.mode.theta)
+    change = -weights[:, ARM] / gain
+    freedom = errors.count_freedom(statistics, weights)
+    widening = freedom / np.maximum(freedom - 2.0, _LEAST_FREEDOM)
+    variance = variance * np.where(errors.least_variance > 0.0, 1.0, widening)
+    # Columns of g, h, friction, rotor inertia and change at the most probable load.
+    columns, half = np.zeros((NUM_COLUMNS, 7)), LOAD.stop // 2
+    columns[1:half, 0] = columns[half + 1 : LOAD.stop, 1] = mode.load + prior.phantom
+    columns[[*range(FRICTION.start, FRICTION.stop), ROTOR, ARM], range(2, 7)] = 1.0
+    root = np.zeros((num, 7, 7))
+    root[:, :2, :2] = factor(prior.gain_covariance)
+    rotor_sd = np.broadcast_to(prior.rotor_sd, num)
+    root[:, range(2, 7), range(2, 7)] = np.column_stack([prior.friction_sd, rotor_sd, free.own_change_sd])
+    precision = columns.T @ statistics.products @ columns / variance[:, None, None]
+    inner = np.linalg.inv(np.eye(7) + root.transpose(0, 2, 1) @ precision @ root)
+    of_data = (root @ inner @ root.transpose(0, 2, 1))[:, 6, 6]
+    D = compute_jacobian(mode.theta)
+    before = factor(D @ solid.covariance @ D.T + prior.phantom_covariance)
+    seen = before.T @ PayloadLikelihood(statistics, free, variance).linearise(mode.load).precision @ before
+    steps = _STEP * factor(before @ np.linalg.inv(np.eye(len(seen)) + seen) @ before.T)
+    displaced = np.array([-likelihood.build_residual_weights(mode.load + step)[:, ARM] for step in steps.T])
+    of_load = (displaced / gain - change) / _STEP
+    shared, own = (np.broadcast_to(each, num) / gain for each in (prior.shared_change_sd, prior.own_change_sd))
+    return change, np.diag(of_data / gain**2 + own**2) + np.outer(shared, shared) + of_load.T @ of_load
 
 
 def add_friction_error(

@@ -99,20 +99,6 @@ def test_a_change_of_gains_since_the_subtracted_run_is_integrated_out_exactly(sa
     assert_allclose(difference, difference[0], atol=1e-8)
 
 
-def test_the_change_of_gains_is_what_the_runs_say(rng):
-    """A change by 3 % of all gains, and by 2 more of one, is found to a tenth of a per cent."""
-    Y, tau_arm = rng.standard_normal((400, 3, 10)), 50.0 * rng.standard_normal((400, 3))
-    pi, zero = rng.standard_normal(10), np.zeros((400, 3))
-    signal = Y @ pi + tau_arm * np.array([0.03, 0.03, 0.05]) + 0.01 * rng.standard_normal((400, 3))
-    samples = ChannelSamples(Y, tau_arm, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
-    prior = replace(_KNOWN_GAINS, has_arm=False, shared_change_sd=0.03, own_change_sd=0.01)
-    likelihood = PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(3, 1e-4))
-    change, sd = likelihood.estimate_changes(pi)
-    assert_allclose(change, [0.03, 0.03, 0.05], atol=1e-3)
-    assert_allclose(sd, np.hypot(0.03, 0.01))
-    assert np.abs(samples.build_columns() @ likelihood.build_residual_weights(pi)[..., None]).max() < 0.06
-
-
 @pytest.mark.parametrize("size", [0.5, 2.0])
 def test_log_evidence_compares_priors_of_friction(samples, rng, size):
     """It differs from the density of all samples by one number for all priors of friction, with a normal load."""

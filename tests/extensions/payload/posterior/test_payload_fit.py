@@ -7,7 +7,12 @@ from numpy.testing import assert_allclose
 
 from affordance.extensions.payload.evidence.paired_runs import pair_runs
 from affordance.extensions.payload.posterior import payload_fit
-from affordance.extensions.payload.posterior.payload_fit import add_friction_error, build_channel_prior, fit_payload
+from affordance.extensions.payload.posterior.payload_fit import (
+    add_friction_error,
+    build_channel_prior,
+    estimate_changes,
+    fit_payload,
+)
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, PRIORS, SignalKind
 
@@ -60,3 +65,23 @@ def test_error_of_friction_scales_with_what_friction_does(robot, gains):
         assert add_friction_error(evidence, exact, solid, replace(settings, floor=False)) is evidence
     assert (sds[0] < 0.5 * sds[1]).all()  # what noise alone makes of it
     assert_allclose(sds[2], 2.0 * sds[1], rtol=0.2)
+
+
+def test_changes_of_gains_are_those_of_the_data_and_err_as_stated(robot, gains):
+    """Changes by 10 and -5 % are not shrunk to a prior of zero, and err in 20 pairs as much as is stated."""
+    solid, errors, stated = SolidPrior.for_hand(), [], []
+    same = replace(PRIORS[SignalKind.JOINT_TORQUE], change_common_sd=0.0, change_own_sd=0.0)
+    settings = replace(DEFAULT_SETTINGS, signal_prior=same)
+    exact = replace(gains, covariance=np.zeros_like(gains.covariance))
+    for seed in range(20):
+        empty, loaded = generate_pair(robot, np.random.default_rng(seed), Truth(noise_sd=0.1))
+        torque = robot.compute_arm_torques(loaded.q, loaded.v, np.gradient(loaded.v, loaded.times, axis=0))
+        changed = replace(loaded, signal=loaded.signal + torque * [0.0, 0.1, -0.05, 0.0, 0.0, 0.0])
+        evidence = pair_runs(robot, empty, changed, settings)
+        fit = fit_payload(evidence, build_channel_prior(evidence, exact, settings), solid, settings)
+        change, covariance = estimate_changes(fit, solid, settings)
+        errors.append(change[1:3] - [0.1, -0.05])
+        stated.append(np.sqrt(np.diag(covariance))[1:3])
+    assert_allclose(np.mean(errors, axis=0), 0.0, atol=3.0 * np.mean(stated) / np.sqrt(20))
+    assert np.mean(stated) < 0.03
+    assert np.sqrt(np.mean((np.array(errors) / stated) ** 2)) == pytest.approx(1.0, abs=0.4)
