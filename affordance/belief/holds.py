@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.belief.likelihood import SEEN, Likelihood
 from affordance.belief.normals import Normals, invert
 from affordance.belief.rows import Seen, State, pad
@@ -443,11 +443,14 @@ def forget_things(state: State, things: Sequence[int]) -> State:
     kept = [thing for thing in things if thing < len(new)]
     new[kept] = [place for place, thing in enumerate(things) if thing < len(new)]
     is_kept = (state["hold_count"] > 0) & (new[state["hold_thing"]] >= 0)
+    return keep_holds({**state, "hold_thing": np.where(is_kept, new[state["hold_thing"]], 0)}, is_kept)
+
+
+def keep_holds(state: State, is_kept: Mask) -> State:
+    """Returns the state with some holds, (B, N), which move to the first places."""
     order = np.argsort(~is_kept, axis=1, kind="stable")[:, : int(is_kept.sum(axis=1).max(initial=0))]
-    rows = np.arange(len(order))[:, None]
     left = np.take_along_axis(is_kept, order, axis=1)
-    arrays = {name: state[name][rows, order] for name in OF_HOLDS}
-    arrays["hold_thing"] = new[arrays["hold_thing"]]
+    arrays = {name: state[name][np.arange(len(order))[:, None], order] for name in OF_HOLDS}
     for array in arrays.values():
         array[~left] = 0
     return {**state, **arrays}

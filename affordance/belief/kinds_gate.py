@@ -39,6 +39,7 @@ from affordance.belief.kinds import (
     believe_kinds,
     count_things,
     find_most_populous,
+    find_specimens,
     mark_kinds,
     tidy,
 )
@@ -231,7 +232,7 @@ def settle_breadth(hypotheses: Hypotheses, felt: Felt, kappa: Array) -> tuple[Hy
 def adopt(state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp], felt: Felt) -> Lesson:
     """Learns from the lift under the verdict of ``weigh`` chosen for each observer (its index), (B,).
 
-    All holds of the object belong to its kinds from now on.
+    If the kinds of the object change, its earlier holds stay with its earlier kinds.
     """
     hypotheses, rows, m = verdicts.hypotheses, np.arange(len(chosen)), len(seen.colours)
     kinds = hypotheses.kinds[chosen]
@@ -252,7 +253,8 @@ def adopt(state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp]
     for name, value in values.items():
         state[name] = state[name].copy()
         state[name][*thing, :m] = value
-    state, own = tidy(add_hold(state, seen, felt), seen.things)
+    state, specimens = find_specimens(state, seen.things)
+    state, own = tidy(add_hold(state, Seen(seen.colours, specimens), felt), seen.things)
     return Lesson(state, own.select(range(m)), verdicts.likelihood.take(chosen))
 
 
