@@ -10,6 +10,7 @@ from affordance.belief.kinds import (
     close_gaps,
     count_things,
     find_most_populous,
+    find_specimens,
     find_twins,
     infer_kinds,
     merge,
@@ -59,7 +60,8 @@ def teach(state, lifts):
     state = populate(state, [kind for *_, kind in lifts])
     for number, (density, sd, _) in enumerate(lifts):
         felt = Felt.from_quadratic(Likelihood(np.array([[sd**-2]]), np.array([density * sd**-2]), 0.0))
-        state = add_hold(state, Seen((0,), np.array([number])), felt)
+        state, specimens = find_specimens(state, np.array([number]))
+        state = add_hold(state, Seen((0,), specimens), felt)
     return state
 
 
