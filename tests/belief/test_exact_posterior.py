@@ -1,4 +1,4 @@
-"""The belief is the posterior given all holds: against the reference by quadrature, in any order, for any observer."""
+"""The belief is the posterior given all holds: against the reference, in any order, for any observer."""
 
 import functools
 

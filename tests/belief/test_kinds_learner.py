@@ -159,7 +159,7 @@ def test_every_hypothesis_kind_and_object_is_as_by_brute_force(seed, monkeypatch
         lifts.append(BruteLift(name, colours, tuple(taken), R, y, V))
 
         last = {done.name: done for done in lifts}
-        for thing, of_kinds, own, number in list_things(memory):  # a kind is identified by the objects that are of it
+        for thing, of_kinds, own, _ in list_things(memory):  # a kind is identified by the objects that are of it
             lifted = next(done for done in last.values() if show(done.name) == list(thing.appearance))
             for place, kind in zip(of_kinds, lifted.kinds, strict=True):
                 names += [""] * (place + 1 - len(names))
