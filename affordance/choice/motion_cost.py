@@ -119,7 +119,7 @@ class MotionCost:
         self._measure = measure
         self.motion = motion
         self.infeasible_reason = infeasible_reason
-        num_ticks, num_joints = motion.q.shape
+        num_ticks = len(motion.q)
         num_nodes = min(num_nodes, num_ticks)
         model.set_payload(np.zeros(NUM_PARAMETERS))
         self._chain = build_chain(model.arm)
@@ -130,8 +130,7 @@ class MotionCost:
         at_middles = self._compute_torques(model, middles)
         turns = _find_turns(at_middles.reshape(num_ticks, -1))
         self._peak_nodes = tuple(each[turns] for each in middles)
-        # Torques, linear in [pi, 1], with rows stacked by node and joint; those for peaks are divided by their limits,
-        # if any.
+        # Torques, linear in [pi, 1], with rows stacked by node and joint; those for peaks relative to their limits.
         tau_max = model.arm.limits.tau_max
         self._torques = torques.reshape(-1, NUM_PARAMETERS + 1)
         self._loads = (at_middles[turns] / tau_max[:, None]).reshape(-1, NUM_PARAMETERS + 1)
@@ -208,7 +207,7 @@ class MotionCost:
         return self._chain.compute_wrench_regressors(*self._peak_nodes)
 
 
-def _compute_states(motion: PlannedMotion, moments: Array) -> tuple[Array, Array, Array]:
+def _compute_states(motion: PlannedMotion, moments: NDArray[np.floating]) -> tuple[Array, Array, Array]:
     """Computes angles, rates and accelerations at N times, in control periods, (N, num_joints) each."""
     ticks = moments.astype(int)
     since = motion.control_period * (moments - ticks)[:, None]

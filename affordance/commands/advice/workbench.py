@@ -13,7 +13,7 @@ from affordance.choice.demand import Criterion
 from affordance.choice.hammer import Hammer, keep_strikers
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
 from affordance.choice.listed_options import list_drawn_options
-from affordance.choice.options import Option, add_weighings
+from affordance.choice.options import Option, add_weighings, merge_alike
 from affordance.choice.pricing import GripBounds
 from affordance.choice.ranking import Ranking, rank_draws
 from affordance.choice.tasks import is_any_still, load_task_file
@@ -26,7 +26,7 @@ from affordance.files.constraints import Whole
 from affordance.files.lacks import read_lacks
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
-from affordance.objects.tool import Tool, find_alike_grips
+from affordance.objects.tool import Tool
 from affordance.reporting.formatting import break_line
 from affordance.robot import Robot
 from affordance.settings import Settings
@@ -124,10 +124,12 @@ def know_materials(
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
     """Lists the tools' options, with shapes from the source that ``--see`` names, and their weighings."""
     if arguments.see == "drawing":
-        return add_weighings(list_drawn_options(bench.tools), bench.tools)
-    from affordance.extensions.pixels.seen_tool import list_seen_options  # imported here, as it loads OpenCV
+        seen = list_drawn_options(bench.tools)
+    else:
+        from affordance.extensions.pixels.seen_tool import list_seen_options  # imported here, as it loads OpenCV
 
-    return add_weighings(list_seen_options(bench.tools, arguments.seed), bench.tools)
+        seen = list_seen_options(bench.tools, arguments.seed)
+    return merge_alike(add_weighings(seen, bench.tools))
 
 
 def rank_tools(
@@ -146,22 +148,6 @@ def rank_tools(
     if not ranking.num_usable:
         raise AffordanceError(explain_failure(ranking, task, memory, settings, bounds, rng))
     return ranking, draws
-
-
-def keep_unlike(
-    arguments: argparse.Namespace, options: Sequence[Option], tools: Sequence[Tool]
-) -> tuple[list[Option], dict[str, tuple[str, ...]]]:
-    """Keeps one of each set of grips that are equivalent by the symmetry of a drawn tool.
-
-    Returns: The kept options, and the equivalent grips of each, by its name.
-    """
-    if arguments.see != "drawing":  # shapes from a camera are not exactly symmetric
-        return list(options), {}
-    by_tool = {tool.name: find_alike_grips(tool) for tool in tools}
-    others = {(tool, grip) for tool, found in by_tool.items() for grips in found.values() for grip in grips}
-    kept = [each for each in options if (each.object_name, each.grip) not in others]
-    alike = {each.name: by_tool[each.object_name].get(each.grip, ()) for each in kept}
-    return kept, {name: grips for name, grips in alike.items() if grips}
 
 
 def choose_strikers(
