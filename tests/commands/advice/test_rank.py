@@ -68,7 +68,7 @@ def test_without_a_memory_it_says_that_it_knows_nothing():
 def test_json_has_all_numbers_and_writes_nothing_else(known):
     content = answer(*ONE, *known, "--json", "--by", "margin").content
     keys = "task robot see memory trials_of_other_arms known learned unknown surprises by unit statistic choice"
-    keys += " options p_none why remarks sentence expected"
+    keys += " ties options p_none why remarks sentence expected"
     assert set(content) == set(keys.split())
     assert (content["by"], content["unit"], content["statistic"]) == ("margin", "1", "p95")
     assert content["memory"] == "m.sqlite"
