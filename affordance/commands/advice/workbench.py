@@ -24,7 +24,7 @@ from affordance.extensions.advice.known_materials import NamedBelief, know_by_na
 from affordance.extensions.memory.ledger import count_of, open_memory
 from affordance.files.constraints import Whole
 from affordance.files.lacks import read_lacks
-from affordance.objects.load import load_tools, select_known
+from affordance.objects.load import select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import break_line
@@ -72,11 +72,11 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     """Loads tools, tasks and memory that the options name; ``names`` are tasks of the robot, ``stock`` is a file."""
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    known, remarks = read_tools(arguments.tools, materials)
-    if arguments.see == "pictures" and is_object_file(arguments.tools):
+    known, remarks = options.read_tools(arguments.tools, materials)
+    if arguments.see == "pictures" and options.is_object_file(arguments.tools):
         remarks += (f"{arguments.tools.name}: centre of mass and moments follow from what the pictures show",)
     tools = options.choose_tools(known, arguments.only, arguments.tools)
-    others, of_stock = read_tools(stock, materials) if stock else ((), ())
+    others, of_stock = options.read_tools(stock, materials) if stock else ((), ())
     remarks = tuple(dict.fromkeys((*remarks, *of_stock)))  # both may be one file
     named = know_materials(arguments, settings, [*tools, *others], materials)
     tasks = read_tasks(names, arguments.files, robot)
@@ -87,21 +87,6 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
             remarks += (f"the import found {name} infeasible for this arm: {why}",)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
     return Bench(settings, materials, tools, list(others), named, tasks, criterion, remarks)
-
-
-def is_object_file(path: Path) -> bool:
-    """Returns True if a file is an object's own URDF rather than a tools file."""
-    return path.suffix.lower() == ".urdf"
-
-
-def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Tool, ...], tuple[str, ...]]:
-    """Loads the tools of a tools file, or an object's own URDF; returns them with remarks about the file."""
-    if is_object_file(path):
-        from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
-
-        tool, remarks = read_object(path, materials)
-        return (tool,), remarks
-    return load_tools(path, materials), ()
 
 
 def know_materials(
