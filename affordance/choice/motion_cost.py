@@ -27,6 +27,9 @@ from affordance.settings import Settings
 # Number of quadrature nodes along a motion, with which the midpoint rule has an error below 0.1 %
 # (tests/choice/test_reach.py).
 NUM_NODES = 50
+# Between the times at which peaks are looked for, torques are straight lines to this fraction of their largest
+# values. Peaks then differ from those over all control periods by less than 0.1 % (tests/choice/test_motion_cost.py).
+_STRAIGHT = 0.01
 # Number of samples whose torques are in memory at a time. For 50 nodes and 7 joints they take 6 MB, which fits into
 # caches.
 _CHUNK = 2000
@@ -108,7 +111,7 @@ class MotionCost:
         infeasible_reason: str = "",
         measure: CostMeasure = CostMeasure.WORK,
     ) -> None:
-        """Computes the torques of the arm and the regressors at the nodes, at most one per control period.
+        """Computes torques at the nodes, at most one per control period, and where in the motion they can peak.
 
         If ``infeasible_reason`` is given, the motion does not do the task, whatever the tool. The model's state and
         payload are changed.
@@ -118,34 +121,33 @@ class MotionCost:
         self.infeasible_reason = infeasible_reason
         num_ticks = len(motion.q)
         num_nodes = min(num_nodes, num_ticks)
-        # Times of the nodes, in control periods. The last one, in the middle of the last period, is only for the
-        # limits, because a swing loads its joints most at its end.
-        moments = np.append((np.arange(num_nodes) + 0.5) * num_ticks / num_nodes, num_ticks - 0.5)
-        ticks = moments.astype(int)
-        since = motion.control_period * (moments - ticks)[:, None]
-        vdot = motion.vdot[ticks]
-        v = motion.v[ticks] + since * vdot
-        q = motion.q[ticks] + 0.5 * since * (motion.v[ticks] + v)
-        self._weight = motion.control_period * num_ticks / num_nodes
         model.set_payload(np.zeros(NUM_PARAMETERS))
-        tau_arm = np.empty_like(v)
-        for node in range(len(moments)):
-            model.set_state(np.concatenate([q[node], v[node]]))
-            tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
-        self._chain, self._nodes = build_chain(model.arm), (q, v, vdot)
-        Y = self._chain.compute_payload_regressors(*self._nodes)
-        # Torques, linear in [pi, 1], with rows stacked by node and joint. They are divided by their limits, if any,
-        # so that one matrix product gives both work and load.
-        tau_max = np.tile(model.arm.limits.tau_max, len(moments))
-        unit = np.where(np.isfinite(tau_max), tau_max, 1.0)
-        torques = np.column_stack([Y.reshape(-1, NUM_PARAMETERS), tau_arm.ravel()])
-        self._loads = torques / unit[:, None]
-        self._limited = None if np.isfinite(tau_max).all() else np.isfinite(tau_max)
-        count = num_nodes * v.shape[1]
-        self._signed_powers = self._weight * v[:num_nodes].ravel() * unit[:count]
+        self._chain = build_chain(model.arm)
+        # Times are in control periods.
+        nodes = _compute_states(motion, (np.arange(num_nodes) + 0.5) * num_ticks / num_nodes)
+        torques = self._compute_torques(model, nodes)
+        middles = _compute_states(motion, np.arange(num_ticks) + 0.5)
+        at_middles = self._compute_torques(model, middles)
+        turns = _find_turns(at_middles.reshape(num_ticks, -1))
+        self._peak_nodes = tuple(each[turns] for each in middles)
+        # Torques, linear in [pi, 1], with rows stacked by node and joint; those for peaks relative to their limits.
+        tau_max = model.arm.limits.tau_max
+        self._torques = torques.reshape(-1, NUM_PARAMETERS + 1)
+        self._loads = (at_middles[turns] / tau_max[:, None]).reshape(-1, NUM_PARAMETERS + 1)
+        weight = motion.control_period * num_ticks / num_nodes
+        self._signed_powers = weight * nodes[1].ravel()
         self._powers = np.abs(self._signed_powers)
         # The integral of |tau|^2 is a quadratic form in [pi, 1].
-        self._effort = self._weight * torques[:count].T @ torques[:count]
+        self._effort = weight * self._torques.T @ self._torques
+
+    def _compute_torques(self, model: ArmModel, states: tuple[Array, Array, Array]) -> Array:
+        """Computes the torques at N states of the motion, linear in [pi, 1], shape (N, num_joints, 11), [N m]."""
+        q, v, vdot = states
+        tau_arm = np.empty_like(v)
+        for node in range(len(q)):
+            model.set_state(np.concatenate([q[node], v[node]]))
+            tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
+        return np.concatenate([self._chain.compute_payload_regressors(q, v, vdot), tau_arm[..., None]], axis=2)
 
     @property
     def q_start(self) -> Array:
@@ -173,14 +175,12 @@ class MotionCost:
         share = self._measure.negative_weight
         for start in range(0, len(pi), _CHUNK):
             chunk = slice(start, start + _CHUNK)
-            loads = self._loads @ known[chunk].T
+            torques = self._torques @ known[chunk].T
             if share != 1.0:
-                balance[chunk] = self._signed_powers @ loads[: len(self._powers)]
-            np.abs(loads, out=loads)
-            work[chunk] = self._powers @ loads[: len(self._powers)]
-            if self._limited is not None:
-                loads = loads[self._limited]
-            load[chunk] = loads.max(axis=0, initial=0.0)
+                balance[chunk] = self._signed_powers @ torques
+            work[chunk] = self._powers @ np.abs(torques, out=torques)
+            loads = self._loads @ known[chunk].T
+            load[chunk] = np.abs(loads, out=loads).max(axis=0)
         cost = effort if self._measure is CostMeasure.EFFORT else work
         if share != 1.0:
             cost = 0.5 * ((1.0 + share) * work + (1.0 - share) * balance)
@@ -195,8 +195,6 @@ class MotionCost:
             chunk = slice(start, start + _CHUNK)
             loads = self._loads @ known[chunk].T
             np.abs(loads, out=loads)
-            if self._limited is not None:
-                loads[~self._limited] = 0.0
             loads.reshape(-1, num_joints, loads.shape[1]).max(axis=0, out=greatest[:, chunk])
         return greatest
 
@@ -206,7 +204,38 @@ class MotionCost:
 
     @functools.cached_property
     def _wrench_regressors(self) -> Array:
-        return self._chain.compute_wrench_regressors(*self._nodes)
+        return self._chain.compute_wrench_regressors(*self._peak_nodes)
+
+
+def _compute_states(motion: PlannedMotion, moments: NDArray[np.floating]) -> tuple[Array, Array, Array]:
+    """Computes angles, rates and accelerations at N times, in control periods, (N, num_joints) each."""
+    ticks = moments.astype(int)
+    since = motion.control_period * (moments - ticks)[:, None]
+    vdot = motion.vdot[ticks]
+    v = motion.v[ticks] + since * vdot
+    return motion.q[ticks] + 0.5 * since * (motion.v[ticks] + v), v, vdot
+
+
+def _find_turns(curve: Array) -> NDArray[np.intp]:
+    """Finds rows of a curve, (K, M), between which it is straight to ``_STRAIGHT`` (Douglas and Peucker 1973).
+
+    Each column is compared with its largest absolute value.
+    """
+    curve = curve / np.maximum(np.abs(curve).max(axis=0), np.finfo(float).tiny)
+    kept, spans = {0, len(curve) - 1}, [(0, len(curve) - 1)]
+    while spans:
+        first, last = spans.pop()
+        if last - first < 2:
+            continue
+        share = np.arange(1, last - first)[:, None] / (last - first)
+        line = curve[first] + share * (curve[last] - curve[first])
+        gaps = np.abs(curve[first + 1 : last] - line).max(axis=1)
+        farthest = int(np.argmax(gaps))
+        if gaps[farthest] > _STRAIGHT:
+            turn = first + 1 + farthest
+            kept.add(turn)
+            spans += [(first, turn), (turn, last)]
+    return np.array(sorted(kept))
 
 
 def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:

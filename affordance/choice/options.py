@@ -7,8 +7,13 @@ import numpy as np
 
 from affordance.arguments import check_pose
 from affordance.arrays import Array
+from affordance.objects.inertia import parameters_from_pseudo_inertia
 from affordance.objects.tool import Tool, Weighing
 from affordance.vision.features import ComponentFeatures
+
+# Grips are alike if the places and sizes of all parts in the hand differ by at most this, [m], the accuracy to which
+# drawings and meshes are symmetric.
+_ALIKE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -21,6 +26,7 @@ class Option:
         features: Observed features of the object's components, in the object's frame T, the same for all its grips.
         X_TG: Pose of the grip G, which coincides with the hand frame, in the object's frame, shape (4, 4).
         weighings: Measured masses of the object, or of some of its parts, which are indices of features.
+        alike: Names of grips that are equivalent to this one by symmetry, and that it stands for.
     """
 
     object_name: str
@@ -28,6 +34,7 @@ class Option:
     features: tuple[ComponentFeatures, ...]
     X_TG: Array
     weighings: tuple[Weighing, ...] = ()
+    alike: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Stores a read-only copy of the pose; raises a BadArgumentError if it is not a rigid transform."""
@@ -58,3 +65,50 @@ def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Opti
         weighings = tuple(each for each in tool.weighings if is_distinguished or not each.parts)
         weighed.append(replace(option, weighings=weighings))
     return weighed
+
+
+def merge_alike(options: Sequence[Option]) -> list[Option]:
+    """Merges the grips of an object that are equivalent by symmetry into one option, the first of them.
+
+    The object then has the same parts and striking faces in the hand, so that they cost the same in any task.
+    """
+    merged: dict[str, tuple[Option, list[Array]]] = {}
+    for option in options:
+        form = _describe_form(option.gripped)
+        for name, (one, other) in merged.items():
+            if one.object_name == option.object_name and _is_one_form(form, other):
+                merged[name] = replace(one, alike=(*one.alike, option.grip)), other
+                break
+        else:
+            merged[option.name] = option, form
+    return [option for option, _ in merged.values()]
+
+
+def _describe_form(parts: Sequence[ComponentFeatures]) -> list[Array]:
+    """Describes an object's form in the hand as arrays of rows: parts with their colours, and striking faces."""
+    rows, faces = [], []
+    for part in parts:
+        J_E, turned = part.shape.unit_pseudo_inertia(), part.X_TE.copy()
+        turned[:3, 3] = 0.0
+        m, *first = parameters_from_pseudo_inertia(part.X_TE @ J_E @ part.X_TE.T)[:4]
+        moments = parameters_from_pseudo_inertia(turned @ J_E @ turned.T)[4:] / m
+        # Divided by twice its root, a second moment differs by as much as the lengths do.
+        lengths = moments / (2.0 * np.sqrt(moments[:3].sum()))
+        rows.append([*(np.array(first) / m), *lengths, np.cbrt(m), *part.colour])
+        R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
+        faces += [[*(p_TE + R_TE @ face.p_EQ), *(R_TE @ face.normal_E)] for face in part.strikes]
+    return [np.array(rows), np.array(faces).reshape(-1, 6)]
+
+
+def _is_one_form(one: Sequence[Array], other: Sequence[Array]) -> bool:
+    """Returns True if two forms have the same rows, in any order."""
+    for rows, others in zip(one, other, strict=True):
+        left = list(others)
+        for row in rows:
+            near = [k for k, each in enumerate(left) if np.allclose(row, each, rtol=0.0, atol=_ALIKE)]
+            if not near:
+                return False
+            del left[near[0]]
+        if left:
+            return False
+    return True

@@ -108,6 +108,13 @@ class Amounts(NamedTuple):
         return worst if excess[worst] > 1.0 else "the motion must be faster than the joints' velocity limits allow"
 
 
+def explain_excess(plan: OptionCost, pi: Array, bounds: GripBounds, joint_names: Sequence[str]) -> str:
+    """Describes why an option is infeasible for parameters pi, (S, 10): its motion, or the limit that it exceeds."""
+    if plan.infeasible_reason:
+        return plan.infeasible_reason
+    return Amounts.of(plan.compute(pi), plan.compute_demand(pi), joint_names).name_excess(bounds)
+
+
 def price_options(
     choice: Choice, pi: Array, criterion: Criterion = Criterion.WORK, bounds: GripBounds | None = None
 ) -> tuple[Costs, Demand | None]:

@@ -19,9 +19,9 @@ from affordance.choice.demand import Criterion, Demand
 from affordance.choice.hammer import Hammer, keep_strikers
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
-from affordance.choice.options import Option
+from affordance.choice.options import Option, merge_alike
 from affordance.choice.picking import MIN_FEASIBILITY, NO_OPTION, TIE, pick_cheapest
-from affordance.choice.pricing import Amounts, GripBounds, price_options
+from affordance.choice.pricing import Amounts, GripBounds, explain_excess, price_options
 from affordance.choice.reasons import Reasons, find_reasons
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
@@ -31,6 +31,8 @@ from affordance.plant.serial_chain import ArmOwner
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 _NUM_SAMPLES = Whole(1, 100_000)
+# Options cost the same if their costs differ by at most this fraction, about the error of the costs themselves.
+SAME = 1e-3
 
 
 class RankedOption(NamedTuple):
@@ -139,6 +141,12 @@ class Ranking(NamedTuple):
             raise AffordanceError(f"no option can be used: {reasons}")
         return self.ranked[0]
 
+    @property
+    def ties(self) -> tuple[RankedOption, ...]:
+        """Usable options that cost the same as the best one, to ``SAME`` of its cost."""
+        usable = self.ranked[1 : self.num_usable]
+        return tuple(each for each in usable if each.cost <= self.best.cost * (1.0 + SAME))
+
 
 def rank(
     options: Sequence[Option],
@@ -170,7 +178,8 @@ def rank(
             grip are computed only if the criterion uses them.
 
     Returns: Options in order of cost. If the task is a blow and some tools have a striking face, those without one
-        are left out.
+        are left out. Grips that are equivalent by symmetry are one option, with the names of the others in its
+        ``alike``.
 
     Raises:
         BadArgumentError: An argument has the wrong type or is out of bounds.
@@ -193,7 +202,8 @@ def rank(
         check_kind("bounds", bounds, GripBounds)
     _check_sampling(num_samples, min_feasibility)
     rng = np.random.default_rng(check_seed(seed))
-    choice = plan_choice(keep_strikers(options) if isinstance(task, Hammer) else options, task, settings)
+    options = merge_alike(keep_strikers(options) if isinstance(task, Hammer) else options)
+    choice = plan_choice(options, task, settings)
     return rank_options(choice, belief, rng, num_samples, min_feasibility, criterion=criterion, bounds=bounds)
 
 
@@ -242,7 +252,7 @@ def rank_draws(
         p_feasible, reason = float(samples.feasible.mean()), plan.infeasible_reason
         if not reason and p_feasible < min_feasibility:
             reason = f"is feasible with a probability of {p_feasible:.4g}, must be at least {min_feasibility:g}"
-            reason += f": {amounts.name_excess(bounds or GripBounds())}" if demand else ""
+            reason += f": {explain_excess(plan, draws.parameters[i], bounds or GripBounds(), joint_names)}"
         cost = amounts.cost.p95 if criterion.is_peak else amounts.cost.mean
         p_best = float((chosen == i).mean())
         entries.append(RankedOption(option, samples, amounts, cost, p_best, p_feasible, reason, plan.q_start))

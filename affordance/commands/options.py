@@ -16,6 +16,7 @@ from affordance.exceptions import PROSE, AffordanceError, BadValueError, describ
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import SEEDS
 from affordance.named_settings import change_settings, list_settings, parse_changes
+from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
@@ -151,6 +152,23 @@ def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):
             raise BadValueError("--set", name, f"has no effect here: {why}")
+
+
+def is_object_file(path: Path) -> bool:
+    """Returns True if a file is an object's own URDF rather than a tools file."""
+    return path.suffix.lower() == ".urdf"
+
+
+def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Tool, ...], tuple[str, ...]]:
+    """Loads the tools of a tools file, or an object's own URDF; returns them with remarks about the file."""
+    if is_object_file(path):
+        from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
+
+        tool, remarks = read_object(path, materials)
+        return (tool,), remarks
+    from affordance.objects.load import load_tools  # imported here, so that other commands start sooner
+
+    return load_tools(path, materials), ()
 
 
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:

@@ -23,9 +23,6 @@ from affordance.objects.striking_face import StrikingFace
 MASS_MAX = 1e4
 # Moments per unit volume that differ by at most this are equal, [1, m, m^2].
 _EQUAL = 1e-9
-# Parts are alike if their positions, sizes and squared sizes differ by at most this, [m, m^2]: a tenth of a
-# millimetre, the accuracy to which drawings and meshes are symmetric.
-_ALIKE = 1e-4
 
 
 class Weighing(NamedTuple):
@@ -201,47 +198,6 @@ def is_symmetric(tool: Tool) -> bool:
         rows /= rows[:, 0].sum()
         shapes.append(rows[np.lexsort(np.round(rows, 9).T[::-1])])
     return np.allclose(shapes[0], shapes[1], rtol=0.0, atol=_EQUAL)
-
-
-def find_alike_grips(tool: Tool) -> dict[str, tuple[str, ...]]:
-    """Finds grips that are equivalent by symmetry: the tool has the same parts and striking faces in them.
-
-    Returns: For the first grip of each group of equivalent grips, the names of the others, in the tool's order.
-    """
-    forms = {grip: _describe_form(held) for grip, held in tool.list_gripped().items()}
-    found: dict[str, tuple[str, ...]] = {}
-    taken: set[str] = set()
-    for one, form in forms.items():
-        if one not in taken:
-            alike = [each for each, other in forms.items() if each != one and _is_one_form(form, other)]
-            taken |= set(alike)
-            found |= {one: tuple(alike)} if alike else {}
-    return found
-
-
-def _describe_form(held: Tool) -> list[Array]:
-    """Describes a tool's form in the hand as arrays of rows: parts, their colours, and striking faces."""
-    parts, faces = [], []
-    for part in held.components:
-        moments = parameters_from_pseudo_inertia(part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T)
-        parts.append([*(moments / moments[0]), np.cbrt(moments[0]), *part.looks_like.colour])
-        R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
-        faces += [[*(p_TE + R_TE @ face.p_EQ), *(R_TE @ face.normal_E)] for face in part.strikes]
-    return [np.array(parts), np.array(faces).reshape(-1, 6)]
-
-
-def _is_one_form(one: Sequence[Array], other: Sequence[Array]) -> bool:
-    """Returns True if two forms have the same rows, in any order."""
-    for rows, others in zip(one, other, strict=True):
-        left = list(others)
-        for row in rows:
-            near = [k for k, each in enumerate(left) if np.allclose(row, each, rtol=0.0, atol=_ALIKE)]
-            if not near:
-                return False
-            del left[near[0]]
-        if left:
-            return False
-    return True
 
 
 class PosedShape(Protocol):

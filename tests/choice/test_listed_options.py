@@ -7,8 +7,9 @@ from helpers.two_tools import REACH, STICK
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.listed_options import list_options
-from affordance.choice.ranking import rank_options
+from affordance.choice.ranking import rank, rank_options
 from affordance.extensions.pixels.pixel_eye import PIXELS
+from affordance.objects.load import load_tools
 from affordance.objects.tool import find_free_end
 from affordance.settings import DEFAULT_SETTINGS
 
@@ -21,6 +22,30 @@ def test_options_are_the_grips_as_seen():
     assert options[0].features is options[1].features  # it is looked at once
     (whole,) = list_options(dataclasses.replace(STICK, grips=()))
     assert whole.name == "stick"
+
+
+def test_ends_that_are_alike_are_one_option(tmp_path):
+    """A bar's ends are one, also in Python; an end that is rolled, whose other side points up, is another one."""
+    path = tmp_path / "tools.yaml"
+    path.write_text(
+        """tools:
+  - name: bar
+    components:
+      - {box: [0.3, 0.03, 0.02], material: oak}
+    grips:
+      left: {position: [-0.12, 0, 0]}
+      right: {position: [0.12, 0, 0], rpy_deg: [0, 0, 180]}
+      rolled: {position: [0.12, 0, 0], rpy_deg: [90, 0, 180]}
+      middle: {position: [0, 0, 0]}
+"""
+    )
+    (bar,) = load_tools(path)
+    ranking = rank(list_options(bar), REACH, MaterialMemory(), num_samples=200)
+    alike = {each.option.grip: each.option.alike for each in ranking.ranked}
+    assert alike == {"left": ("right",), "rolled": (), "middle": ()}
+    works = {each.option.grip: each.work for each in ranking.ranked}
+    (right,) = rank(list_options(bar)[1:2], REACH, MaterialMemory(), num_samples=200).ranked
+    assert right.work == pytest.approx(works["left"], rel=1e-4)
 
 
 def test_stick_seen_in_a_picture_is_all_but_a_matter_of_chance():

@@ -9,6 +9,7 @@ from helpers.two_tools import HELD, REACH, STICK
 from affordance.choice.motion_cost import MotionCost, PlannedMotion, describe_limit, measure_cost
 from affordance.control.cost_measure import CostMeasure
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.chain_plant import build_chain
 from affordance.settings import DEFAULT_SETTINGS
 
 WOODEN = HELD["wood"]
@@ -94,6 +95,37 @@ def test_joint_without_torque_limit_costs_the_same_and_bears_any_load(arm, rng):
     loads[[1, 4]] = 0.0
     np.testing.assert_allclose(other.compute_joint_loads(parameters), loads, rtol=1e-12)
     np.testing.assert_allclose(two[3], loads.max(axis=0), rtol=1e-12)
+
+
+def test_peaks_are_those_over_every_control_period(model, rng):
+    """Peaks miss less than 0.1 % (at 50 nodes 1 %), also those of a jerk that lasts one control period."""
+    num_ticks = 400
+    phase = np.linspace(0.0, 2.0, num_ticks)[:, None]
+    amplitude, pace = rng.uniform(0.05, 0.2, 7), rng.uniform(1.0, 30.0, 7)
+    q = model.arm.home + amplitude * np.sin(pace * phase)
+    v, vdot = amplitude * pace * np.cos(pace * phase), -amplitude * pace**2 * np.sin(pace * phase)
+    jerk = vdot.copy()
+    jerk[203] += 300.0
+    parameters, chain = WOODEN.parameters * rng.uniform(0.5, 5.0, (20, 1)), build_chain(model.arm)
+    for accelerations in (vdot, jerk):
+        motion = PlannedMotion(2.0 / num_ticks, q, v, accelerations)
+        half = 0.5 * motion.control_period
+        states = q + half * v + 0.5 * half**2 * accelerations, v + half * accelerations, accelerations
+        cost, loads = MotionCost(model, motion), []
+        for each in parameters:
+            model.set_payload(each)
+            torques = []
+            for angles, rates, vdot_now in zip(*states, strict=True):
+                model.set_state(np.concatenate([angles, rates]))
+                torques.append(model.compute_inverse_dynamics(vdot_now))
+            loads.append(np.abs(torques / model.arm.limits.tau_max).max(axis=0))
+        demand = cost.compute_demand(parameters)
+        np.testing.assert_allclose(demand.loads, np.transpose(loads), rtol=1e-3)
+        np.testing.assert_allclose(cost.compute_load(parameters).load, np.max(loads, axis=1), rtol=1e-3)
+        wrenches = np.einsum("kwp,sp->skw", chain.compute_wrench_regressors(*states), parameters)
+        moments, forces = (np.linalg.norm(wrenches[..., k : k + 3], axis=-1).max(axis=1) for k in (0, 3))
+        np.testing.assert_allclose(demand.force, forces, rtol=1e-3)
+        np.testing.assert_allclose(demand.moment, moments, rtol=1e-3)
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD, believe
 from scipy.stats import norm
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.demand import Demand
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
@@ -85,7 +86,8 @@ def test_if_all_options_break_limits_it_is_said(choice):
     ranking = rank_options(choice, believe(24_000.0, 24_000.0, 100.0), np.random.default_rng(0), 500)
     assert ranking.num_usable == 0
     assert ranking.p_none == 1.0
-    said = r"no option can be used: stick by \w+ is feasible with a probability of 0, must be at least 0.95; "
+    said = r"no option can be used: stick by \w+ is feasible with a probability of 0, must be at least 0.95: "
+    said += r"wrist_deviation must bear 1.4 times its torque limit; stick by \w+ is feasible"
     with pytest.raises(AffordanceError, match=said):
         _ = ranking.best
 
@@ -146,6 +148,10 @@ class MadeUpCost:
     def compute(self, pi):
         mass = pi[:, 0]
         return Costs(self.work(mass), self.effort(mass), self.feasible(mass), self.work(mass))
+
+    def compute_demand(self, pi):
+        """Every joint must bear twice its torque limit."""
+        return Demand(np.full((7, len(pi)), 2.0), np.zeros(len(pi)), np.zeros(len(pi)))
 
 
 def constant(value):
@@ -227,7 +233,9 @@ def test_risky_option_comes_after_a_dearer_one_that_is_safe():
     ranking, wood, _ = rank_made_up(*made_up)
     assert wood.p_feasible == pytest.approx(0.94, abs=1e-3)
     assert [entry.option.grip for entry in ranking.ranked] == ["steel", "wood"]
-    assert wood.infeasible_reason == "is feasible with a probability of 0.94, must be at least 0.95"
+    reason = "is feasible with a probability of 0.94, must be at least 0.95: "
+    assert wood.infeasible_reason.startswith(reason)
+    assert wood.infeasible_reason.endswith(" must bear 2 times its torque limit")
     ranking, *_ = rank_made_up(*made_up, min_feasibility=0.9)
     assert [entry.option.grip for entry in ranking.ranked] == ["wood", "steel"]
 
@@ -235,7 +243,11 @@ def test_risky_option_comes_after_a_dearer_one_that_is_safe():
 @pytest.mark.parametrize(
     ("feasible", "infeasible_reason", "message"),
     [
-        (lambda mass: mass < 0.9 * MASS, "", r"is feasible with a probability of 0\.\d+, must be at least 0\.95"),
+        (
+            lambda mass: mass < 0.9 * MASS,
+            "",
+            r"is feasible with a probability of 0\.\d+, must be at least 0\.95: \w+ must bear 2 .*",
+        ),
         (lambda mass: mass < 0.0, "leaves the path", "leaves the path"),
     ],
 )

@@ -6,7 +6,6 @@ from affordance.commands import options
 from affordance.commands.advice.workbench import (
     break_lines,
     know_materials,
-    read_tools,
     tell_sources,
 )
 from affordance.commands.terminal import find_width
@@ -22,7 +21,7 @@ def run(arguments: argparse.Namespace) -> int:
     robot = options.open_robot(arguments)
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    tools, remarks = read_tools(arguments.tools, materials)
+    tools, remarks = options.read_tools(arguments.tools, materials)
     named = know_materials(arguments, settings, tools, materials)
     expected = [expect(tool, named.memory, settings) for tool in tools]
     content = {

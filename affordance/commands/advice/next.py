@@ -19,12 +19,12 @@ from affordance.commands.advice.workbench import (
 )
 from affordance.commands.options import give_answer, open_robot
 from affordance.commands.terminal import find_width
-from affordance.exceptions import AffordanceError, name_gripped, name_object
+from affordance.exceptions import AffordanceError, name_object
 from affordance.extensions.advice.advice_figure import draw_holds
-from affordance.extensions.advice.advice_text import describe_knowledge
+from affordance.extensions.advice.advice_text import describe_knowledge, name_option
 from affordance.extensions.advice.expected_inertia import build_expectations, describe_expectations, expect
 from affordance.extensions.advice.known_materials import learn_weighings
-from affordance.extensions.advice.next_hold import CERTAIN, HoldAdvice, OpenDecision, Question, advise_hold
+from affordance.extensions.advice.next_hold import SETTLED, HoldAdvice, OpenDecision, Question, advise_hold
 from affordance.extensions.memory.ledger import describe_past_arms, open_memory
 from affordance.files.atomic import to_plain
 from affordance.objects.appearance import Appearance
@@ -110,17 +110,17 @@ def describe_holds(advice: HoldAdvice, width: int = 0) -> list[str]:
 
 def _describe_decision(decision: OpenDecision, unit: str) -> str:
     """Describes which option to take now, in the words of a ranking, or why none can be taken."""
+    tool, _, grip = decision.best.rpartition(" by ")
+    name = name_option(tool or grip, grip if tool else "", decision.alike)
     if not decision.is_possible:
-        return f"no option can do it (P = {1.0 - decision.p_possible:.3f})"
+        p = 1.0 - decision.p_possible
+        return f"no option can do it (P = {p:.3f}); nearest is {name}: {decision.infeasible_reason}"
     if not decision.is_usable:
         return (
-            f"no option is usable yet: {name_gripped(decision.best)} comes nearest, feasible with probability "
-            f"{decision.p_feasible:.2f}, which must be at least {MIN_FEASIBILITY:g}"
+            f"no option is usable yet: {name} comes nearest, feasible with probability {decision.p_feasible:.2f}, "
+            f"which must be at least {MIN_FEASIBILITY:g}: {decision.infeasible_reason}"
         )
-    return (
-        f"take {name_gripped(decision.best)}, best with probability {decision.p_best:.2f}; "
-        f"expected loss {decision.regret:.3g} {unit}"
-    )
+    return f"take {name}, best with probability {decision.p_best:.2f}; expected loss {decision.regret:.3g} {unit}"
 
 
 def describe_stop(advice: HoldAdvice) -> str:
@@ -132,10 +132,11 @@ def describe_stop(advice: HoldAdvice) -> str:
     found = f" But {rests}: holding another object of the same material would check it." if rests else ""
     if advice.stop == "impossible":
         return "Nothing here is worth holding: no option can do these tasks."
-    if advice.stop == "certain":
-        return f"Nothing more needs to be held: every choice is certain.{found}"
+    if advice.stop == "settled":
+        now = ", ".join(f"{each.name} {_describe_settled(each)}" for each in advice.decisions)
+        return f"Nothing more needs to be held: {now}.{found}"
     if advice.stop:
-        left = "; ".join(_describe_open(each, unit) for each in advice.decisions if not each.is_certain)
+        left = "; ".join(_describe_open(each, unit) for each in advice.decisions if not each.is_settled)
         if advice.price and first.worth:
             saved = f"{name_object(first.name)} would save {first.worth:.2g} {unit}"
             return f"Nothing here is worth its price of {advice.price:g} {unit}: {saved}; {left}.{found}"
@@ -149,17 +150,23 @@ def describe_stop(advice: HoldAdvice) -> str:
         head, later = f"Hold {name_object(first.name)}: {worth}", advice.plan[1:]
     if later:
         head += f"; then {name_object(later[0])}"
-    if min(advice.p_best_planned) >= CERTAIN:
-        return f"{head}; all choices are certain after about {len(advice.plan)}."
     then = ", ".join(
         f"{p:.2f} for {each.name}" for p, each in zip(advice.p_best_planned, advice.decisions, strict=True)
     )
     holds = "hold" if len(advice.plan) == 1 else "holds"
-    return f"{head}. After about {len(advice.plan)} {holds}, further holds gain nothing; P(best) is then {then}."
+    gain = "" if min(advice.p_best_planned) >= SETTLED else "further holds gain nothing; "
+    return f"{head}. After about {len(advice.plan)} {holds}, {gain}P(best) is then {then}."
+
+
+def _describe_settled(decision: OpenDecision) -> str:
+    """Describes how probably a settled choice is right."""
+    if decision.is_possible:
+        return f"is decided (P = {decision.p_best:.2f})"
+    return f"cannot be done (P = {1.0 - decision.p_possible:.2f})"
 
 
 def _describe_support(decision: OpenDecision) -> str:
-    """Names the object, or the set of objects, on whose evidence a certain choice depends."""
+    """Names the object, or the set of objects, on whose evidence a settled choice depends."""
     names = [name_object(name) for name in decision.rests_on]
     if len(names) == 1:
         return f"the choice for {decision.name} rests on {names[0]} alone"

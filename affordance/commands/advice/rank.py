@@ -15,7 +15,6 @@ from affordance.commands.advice.workbench import (
     break_lines,
     check_choice,
     choose_strikers,
-    keep_unlike,
     open_bench,
     rank_tools,
     read_tasks,
@@ -59,7 +58,6 @@ def run(arguments: argparse.Namespace) -> int:
     settings, materials, tools = bench.settings, bench.materials, bench.tools
     ((name, task),) = bench.tasks.items()
     options, remarks = choose_strikers(see_tools(arguments, bench), task, tools, arguments.tools)
-    options, alike = keep_unlike(arguments, options, tools)
     choice = plan_options(options, task, settings)
     ranking, draws = rank_tools(arguments, bench, choice, task, bounds)
     seen = {option.object_name: option.features for option in choice.options}
@@ -72,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
         **tell_sources(arguments, robot, bench.named),
         "surprises": to_plain(draws.surprises),
         "remarks": [*bench.remarks, *remarks],
-        **build_content(ranking, reasons, name_materials(tools, materials), alike),
+        **build_content(ranking, reasons, name_materials(tools, materials)),
         "expected": build_expectations(expected),
     }
     width = find_width()

@@ -13,7 +13,7 @@ from affordance.choice.demand import Criterion
 from affordance.choice.hammer import Hammer, keep_strikers
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
 from affordance.choice.listed_options import list_drawn_options
-from affordance.choice.options import Option, add_weighings
+from affordance.choice.options import Option, add_weighings, merge_alike
 from affordance.choice.pricing import GripBounds
 from affordance.choice.ranking import Ranking, rank_draws
 from affordance.choice.tasks import is_any_still, load_task_file
@@ -24,9 +24,9 @@ from affordance.extensions.advice.known_materials import NamedBelief, know_by_na
 from affordance.extensions.memory.ledger import count_of, open_memory
 from affordance.files.constraints import Whole
 from affordance.files.lacks import read_lacks
-from affordance.objects.load import load_tools, select_known
+from affordance.objects.load import select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
-from affordance.objects.tool import Tool, find_alike_grips
+from affordance.objects.tool import Tool
 from affordance.reporting.formatting import break_line
 from affordance.robot import Robot
 from affordance.settings import Settings
@@ -72,11 +72,11 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     """Loads tools, tasks and memory that the options name; ``names`` are tasks of the robot, ``stock`` is a file."""
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    known, remarks = read_tools(arguments.tools, materials)
-    if arguments.see == "pictures" and is_object_file(arguments.tools):
+    known, remarks = options.read_tools(arguments.tools, materials)
+    if arguments.see == "pictures" and options.is_object_file(arguments.tools):
         remarks += (f"{arguments.tools.name}: centre of mass and moments follow from what the pictures show",)
     tools = options.choose_tools(known, arguments.only, arguments.tools)
-    others, of_stock = read_tools(stock, materials) if stock else ((), ())
+    others, of_stock = options.read_tools(stock, materials) if stock else ((), ())
     remarks = tuple(dict.fromkeys((*remarks, *of_stock)))  # both may be one file
     named = know_materials(arguments, settings, [*tools, *others], materials)
     tasks = read_tasks(names, arguments.files, robot)
@@ -87,21 +87,6 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
             remarks += (f"the import found {name} infeasible for this arm: {why}",)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
     return Bench(settings, materials, tools, list(others), named, tasks, criterion, remarks)
-
-
-def is_object_file(path: Path) -> bool:
-    """Returns True if a file is an object's own URDF rather than a tools file."""
-    return path.suffix.lower() == ".urdf"
-
-
-def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Tool, ...], tuple[str, ...]]:
-    """Loads the tools of a tools file, or an object's own URDF; returns them with remarks about the file."""
-    if is_object_file(path):
-        from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
-
-        tool, remarks = read_object(path, materials)
-        return (tool,), remarks
-    return load_tools(path, materials), ()
 
 
 def know_materials(
@@ -124,10 +109,12 @@ def know_materials(
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
     """Lists the tools' options, with shapes from the source that ``--see`` names, and their weighings."""
     if arguments.see == "drawing":
-        return add_weighings(list_drawn_options(bench.tools), bench.tools)
-    from affordance.extensions.pixels.seen_tool import list_seen_options  # imported here, as it loads OpenCV
+        seen = list_drawn_options(bench.tools)
+    else:
+        from affordance.extensions.pixels.seen_tool import list_seen_options  # imported here, as it loads OpenCV
 
-    return add_weighings(list_seen_options(bench.tools, arguments.seed), bench.tools)
+        seen = list_seen_options(bench.tools, arguments.seed)
+    return merge_alike(add_weighings(seen, bench.tools))
 
 
 def rank_tools(
@@ -146,22 +133,6 @@ def rank_tools(
     if not ranking.num_usable:
         raise AffordanceError(explain_failure(ranking, task, memory, settings, bounds, rng))
     return ranking, draws
-
-
-def keep_unlike(
-    arguments: argparse.Namespace, options: Sequence[Option], tools: Sequence[Tool]
-) -> tuple[list[Option], dict[str, tuple[str, ...]]]:
-    """Keeps one of each set of grips that are equivalent by the symmetry of a drawn tool.
-
-    Returns: The kept options, and the equivalent grips of each, by its name.
-    """
-    if arguments.see != "drawing":  # shapes from a camera are not exactly symmetric
-        return list(options), {}
-    by_tool = {tool.name: find_alike_grips(tool) for tool in tools}
-    others = {(tool, grip) for tool, found in by_tool.items() for grips in found.values() for grip in grips}
-    kept = [each for each in options if (each.object_name, each.grip) not in others]
-    alike = {each.name: by_tool[each.object_name].get(each.grip, ()) for each in kept}
-    return kept, {name: grips for name, grips in alike.items() if grips}
 
 
 def choose_strikers(

@@ -13,7 +13,8 @@ def declare_memory(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("action", choices=_ACTIONS, help="what to do; forget requires options that select trials")
     add("memory", metavar="MEMORY", help="SQLite file of the memory")
-    what = "memories to merge, file to export to, files to import, tools files with weighings, or colours to join: "
+    what = "memories to merge, file to export to, files to import, tools files or objects' URDFs with weighings, "
+    what += "or colours to join: "
     what += "'#b5a642=#c0b050' reads the second, as another camera sees it, as the first; none separates all again"
     add("files", nargs="*", metavar="FILE", help=what)
     add("--robot", default="", metavar="NAME", help="select trials of this robot")

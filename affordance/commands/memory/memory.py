@@ -25,7 +25,6 @@ from affordance.objects.colour import (
     show_colour,
 )
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import tabulate, tabulate_within
@@ -111,7 +110,8 @@ def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidenc
     """Reads the weighings of tools files; a file without any raises a BadValueError."""
     trials = []
     for path in paths:
-        found = list(list_weighed_trials(load_tools(path, load_materials(materials)), path))
+        tools, _ = options.read_tools(path, load_materials(materials))
+        found = list(list_weighed_trials(tools, path))
         if not found:
             raise BadValueError(path, "", "has no weighing, must have the mass (kg) of a tool or of a part")
         trials += found

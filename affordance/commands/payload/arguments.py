@@ -45,7 +45,8 @@ def declare_identify(parser: argparse.ArgumentParser) -> None:
     what = "YAML file that describes all runs (default: for RUN.csv the file RUN.yaml in its folder)"
     add("--description", type=Path, help=what)
     add("--unpaired", action="store_true", help="the loaded run does not repeat the motion of an empty run")
-    what = "tools file with the object as a camera saw it; the first tool, unless --object-name names another"
+    what = "tools file, or an object's URDF, with the object as a camera saw it; the first tool, unless "
+    what += "--object-name names another"
     add("--object", type=Path, help=what)
     add("--object-name", help="name of the tool in that file")
     what = "relative standard deviation of the sizes of the object's parts (default 0.2)"

@@ -29,7 +29,6 @@ from affordance.extensions.payload.settings import MIN_SPEED, NUM_SAMPLES, Ident
 from affordance.extensions.robots.recorded_arm import Flange, find_flange, find_imported_tip, load_robot
 from affordance.files.atomic import write_atomic
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm import name_robot
@@ -228,7 +227,7 @@ def _find_materials(robot: SerialChain) -> Path:
 def _load_tool(arguments: argparse.Namespace, materials: Mapping[str, Material]) -> Tool:
     """Loads the tool that describes the object seen by a camera."""
     check_number("--size-error", arguments.size_error, 0.0, 1.0)
-    tools = load_tools(arguments.object, materials)
+    tools, _ = options.read_tools(arguments.object, materials)
     named = {tool.name: tool for tool in tools}
     name = arguments.object_name or tools[0].name
     if name not in named:

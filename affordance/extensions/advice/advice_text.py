@@ -9,7 +9,7 @@ from affordance.choice.demand import Criterion
 from affordance.choice.options import Option
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import Amount
-from affordance.choice.ranking import Ranking
+from affordance.choice.ranking import SAME, Ranking
 from affordance.choice.reasons import Reasons
 from affordance.choice.weighed import Surprise
 from affordance.exceptions import name_gripped, name_object
@@ -33,25 +33,19 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
     return lambda colour: shown.get(colour) or find_nearest_colour(colour, colours)
 
 
-def build_content(
-    ranking: Ranking,
-    reasons: Reasons | None,
-    names: Callable[[Colour], str],
-    alike: Mapping[str, Sequence[str]],
-) -> dict[str, Any]:
+def build_content(ranking: Ranking, reasons: Reasons | None, names: Callable[[Colour], str]) -> dict[str, Any]:
     """Builds the content of a ranking; infinite numbers become None.
 
     Args:
         ranking: Ranking with at least one usable option.
         reasons: Reasons for the choice; None if no other option is usable.
         names: Function that names the material of a colour.
-        alike: For the name of an option, grips that cost the same whatever the tool is made of, and are not ranked.
     """
     criterion = ranking.criterion
     options = [
         {
             **_identify(each.option),
-            "alike": list(alike.get(each.option.name, ())),
+            "alike": list(each.option.alike),
             "usable": not each.infeasible_reason,
             "reason": each.infeasible_reason or None,
             "cost": {**_show(each.amounts.cost), "value": _finite(each.cost)},
@@ -70,6 +64,7 @@ def build_content(
         "unit": criterion.unit,
         "statistic": "p95" if criterion.is_peak else "mean",
         "choice": _identify(ranking.best.option),
+        "ties": [_identify(each.option) for each in ranking.ties],
         "options": options,
         "p_none": ranking.p_none,
         "why": None if reasons is None else _build_reasons(ranking, reasons, names),
@@ -162,6 +157,9 @@ def describe_choice(content: Content) -> str:
             parts.append(f"{name} is best with probability {p}, but {only}")
     elif num_usable == 1 and len(options) > 1:
         parts.append("no other option can be used")
+    if content["ties"]:
+        tied = [_name(_find(each, options)) for each in content["ties"]]
+        parts.append(f"{' and '.join(tied)} cost{'s' if len(tied) == 1 else ''} the same to {100.0 * SAME:g} %")
     changes = content["why"]["changes"] if content["why"] else []
     parts += [_describe_change(each, options) for each in changes if each["probability"] >= _NOTABLE][:1]
     return f"{'; '.join(parts)}."
@@ -214,7 +212,7 @@ def _tabulate(content: Content, width: int) -> list[str]:
 def _describe_reasons(content: Content) -> list[str]:
     why, options = content["why"], content["options"]
     if why is None:
-        return ["Why: no other option can be used."]
+        return ["Why: no other option can be used."] if len(options) > 1 else []
     against = f"Why {_name(options[0])} rather than {_name(_find(why['rival'], options))}:"
     materials = [each for each in why["materials"] if each["share"] >= _LEAST_SHARE]
     parts = [f"{_name_material(each['material'])} ({_percent(each['share'])})" for each in materials]
@@ -254,11 +252,16 @@ def _find(named: Content, options: Sequence[Content]) -> Content:
 
 
 def _name(option: Content) -> str:
+    return name_option(option["tool"], option["grip"], option["alike"])
+
+
+def name_option(tool: str, grip: str, alike: Sequence[str]) -> str:
     """Names an option: "the mallet by its head", "the mallet choked", "the rod by either end"."""
-    if option["alike"]:
-        how = "by either end" if len(option["alike"]) == 1 else f"by any of {_list_ends(option)}"
-        return f"{name_object(option['tool'])} {how}"
-    return name_gripped(f"{option['tool']} by {option['grip']}") if option["grip"] else name_object(option["tool"])
+    if alike:
+        ends = [grip, *alike]
+        how = "by either end" if len(alike) == 1 else f"by any of {', '.join(ends[:-1])} and {ends[-1]}"
+        return f"{name_object(tool)} {how}"
+    return name_gripped(f"{tool} by {grip}") if grip else name_object(tool)
 
 
 def _list_ends(option: Content) -> str:

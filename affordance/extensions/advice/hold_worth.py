@@ -72,6 +72,8 @@ class Decision(NamedTuple):
     options: tuple[str, ...]
     cost: Array  # (k, S)
     feasible: NDArray[np.bool_]  # True where an option is feasible, (k, S)
+    alike: tuple[tuple[str, ...], ...]  # equivalent grips of each option
+    infeasible_reasons: tuple[str, ...]  # why an option is not usable; empty if it is
 
     def price_failure(self) -> float:
         """Computes the cost of an infeasible sample: twice the mean cost of the most expensive option.
@@ -209,12 +211,12 @@ class Outlook:
         best = max(worths, key=lambda pair: worths[pair], default=None)
         return (best, worths[best]) if best and worths[best] > 0.0 else (None, 0.0)
 
-    def look_ahead(self, names: Sequence[str], certain: Array, least: float) -> tuple[tuple[str, ...], Array]:
+    def look_ahead(self, names: Sequence[str], settled: Array, least: float) -> tuple[tuple[str, ...], Array]:
         """Plans a sequence of holds greedily: adds the object that makes all of them together worth most.
 
         Args:
             names: Names of the first holds.
-            certain: Probability from which each choice counts as certain, (D,); the plan ends when all are.
+            settled: Probability from which each choice counts as settled, (D,); the plan ends when all are.
             least: Least worth that a further hold must add.
 
         Returns: Names of the holds in order, at most a few, and the expected probability, after them, that each
@@ -222,7 +224,7 @@ class Outlook:
         """
         order = list(names)
         worth = self._measure(order)
-        while (worth.p_best_after < certain).any() and len(order) < _MOST_AHEAD:
+        while (worth.p_best_after < settled).any() and len(order) < _MOST_AHEAD:
             others = {name: self._measure([*order, name]) for name in self._felt if name not in order}
             name = max(others, key=lambda each: others[each].total, default="")
             if not name or others[name].total - worth.total <= least:

@@ -10,8 +10,8 @@ from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.picking import NO_OPTION, find_chosen
-from affordance.choice.pricing import GripBounds, price_options
+from affordance.choice.picking import MIN_FEASIBILITY, NO_OPTION, find_chosen
+from affordance.choice.pricing import GripBounds, explain_excess, price_options
 from affordance.exceptions import AffordanceError
 from affordance.extensions.advice.hold_samples import HoldSamples, Suspicion
 from affordance.extensions.advice.hold_worth import (
@@ -31,8 +31,8 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.vision.eye import measure_drawing
 
-# A choice counts as certain if it is right with at least this probability.
-CERTAIN = 0.95
+# A choice counts as settled if it is right with at least this probability.
+SETTLED = 0.95
 
 
 class RankedHold(NamedTuple):
@@ -71,7 +71,9 @@ class OpenDecision(NamedTuple):
         cost: Expected cost of that option, in the same unit.
         margin: Expected cost of the second best option minus that of the best; None if there is only one.
         p_possible: Probability that at least one option can do the task.
-        rests_on: Names of the objects on which a certain choice depends: without any one of them it would be open.
+        alike: Names of grips of the same tool that are equivalent to that option's by symmetry.
+        infeasible_reason: Reason why that option is not usable; empty if it is.
+        rests_on: Names of the objects on which a settled choice depends: without any one of them it would be open.
             Computed only before the advice to stop.
     """
 
@@ -84,17 +86,19 @@ class OpenDecision(NamedTuple):
     cost: float
     margin: float | None
     p_possible: float
+    alike: tuple[str, ...] = ()
+    infeasible_reason: str = ""
     rests_on: tuple[str, ...] = ()
 
     @property
     def is_possible(self) -> bool:
-        """True unless it is certain that no option can do the task, with probability ``CERTAIN``."""
-        return self.p_possible > 1.0 - CERTAIN
+        """True unless no option can do the task with a probability of ``SETTLED`` or more."""
+        return self.p_possible > 1.0 - SETTLED
 
     @property
-    def is_certain(self) -> bool:
-        """True if the choice is certain, or if it is certain that no option can do the task."""
-        return self.p_best >= CERTAIN or not self.is_possible
+    def is_settled(self) -> bool:
+        """True if the choice is settled, or if no option can do the task."""
+        return self.p_best >= SETTLED or not self.is_possible
 
 
 class HoldAdvice(NamedTuple):
@@ -103,9 +107,9 @@ class HoldAdvice(NamedTuple):
     Attributes:
         ranked: Objects that may be held, the most worthwhile first.
         decisions: Current decision for each task.
-        stop: Reason to hold nothing more: "impossible", "certain" or "not worth its price"; empty if something should
+        stop: Reason to hold nothing more: "impossible", "settled" or "not worth its price"; empty if something should
             be held.
-        is_certain: First stopping rule: True if every choice is certain.
+        is_settled: First stopping rule: True if every choice is settled.
         is_below_price: Second stopping rule: True if neither an object nor a pair is worth its price. Pairs are
             considered only while a choice is open.
         price: Price of a hold, in the unit of the cost.
@@ -113,11 +117,11 @@ class HoldAdvice(NamedTuple):
         pair_worth: Worth of that pair.
         unit: Unit of costs and worths.
         plan: Names of the objects to hold in turn, starting with the next one, as far as can be planned before it is
-            felt: until every choice is expected to be certain, or a further hold is not worth its price. Empty if no
+            felt: until every choice is expected to be settled, or a further hold is not worth its price. Empty if no
             plan was made, or nothing should be held.
         p_best_planned: For each choice, the expected probability, after the planned holds, that it is the best.
-        check: Name of the object to hold as a check because certainty rests on a single object; empty if it does not,
-            or if no object that may be held would be informative and worth its price.
+        check: Name of the object to hold as a check because a settled choice rests on a single object; empty if it
+            does not, or if no object that may be held would be informative and worth its price.
 
     Example:
         >>> from affordance import MODELS, MaterialMemory, Robot, Settings, advise_hold, load_tools
@@ -135,7 +139,7 @@ class HoldAdvice(NamedTuple):
     ranked: tuple[RankedHold, ...]
     decisions: tuple[OpenDecision, ...]
     stop: str
-    is_certain: bool
+    is_settled: bool
     is_below_price: bool
     price: float
     pair: tuple[str, str] | None
@@ -152,7 +156,7 @@ class HoldAdvice(NamedTuple):
 
     @property
     def rests_on(self) -> tuple[str, ...]:
-        """Names of all objects without any one of which some certain choice would be open."""
+        """Names of all objects without any one of which some settled choice would be open."""
         return tuple(dict.fromkeys(name for each in self.decisions for name in each.rests_on))
 
 
@@ -227,17 +231,17 @@ def advise_hold(
     ranked, outlook = _rank(candidates, samples, decisions, settings, seed)
     open_decisions = [_describe(decision, criterion) for decision in decisions]
     least = max(price, _NEGLIGIBLE * sum(each.cost for each in open_decisions))
-    is_certain, is_below_price = all(each.is_certain for each in open_decisions), ranked[0].worth <= least
+    is_settled, is_below_price = all(each.is_settled for each in open_decisions), ranked[0].worth <= least
     pair, pair_worth = None, 0.0
-    if is_below_price and not is_certain:
+    if is_below_price and not is_settled:
         pair, pair_worth = outlook.find_best_pair([each.name for each in ranked[:_MOST_PAIRED]])
         is_below_price = pair_worth <= 2.0 * least
         pair = None if is_below_price else pair
     stop = ""
     if not any(each.is_possible for each in open_decisions):
         stop = "impossible"
-    elif is_certain:
-        stop = "certain"
+    elif is_settled:
+        stop = "settled"
     elif is_below_price:
         stop = "not worth its price"
     check = ""
@@ -254,13 +258,13 @@ def advise_hold(
     planned = np.zeros(0)
     if looks_ahead and not stop and not check:
         # A task that no option can do stays impossible, whatever is held.
-        certain = np.array([CERTAIN if each.is_possible else 0.0 for each in open_decisions])
-        plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), certain, least)
+        settled = np.array([SETTLED if each.is_possible else 0.0 for each in open_decisions])
+        plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), settled, least)
     return HoldAdvice(
         ranked,
         tuple(open_decisions),
         stop,
-        is_certain,
+        is_settled,
         is_below_price,
         price,
         pair,
@@ -303,9 +307,16 @@ def _decide(question: Question, samples: HoldSamples, criterion: Criterion, boun
             geometry = samples.build_geometry(option.object_name)
             own, errors = samples.draw_own(option.object_name), samples.draw_errors(option.object_name)
             parameters[option.object_name] = geometry.compute_parameters(own, errors)
-    costs, _ = price_options(question.choice, question.choice.grip(parameters), criterion, bounds)
-    names = tuple(option.name for option in question.choice.options)
-    return Decision(question.name, names, costs.cost, costs.feasible)
+    choice, pi = question.choice, question.choice.grip(parameters)
+    costs, _ = price_options(choice, pi, criterion, bounds)
+    joint_names = load_arm(choice.settings.arm).joint_names
+    reasons = tuple(
+        explain_excess(plan, pi[i], bounds or GripBounds(), joint_names) if p < MIN_FEASIBILITY else ""
+        for i, (plan, p) in enumerate(zip(choice.cost_models, costs.feasible.mean(axis=1), strict=True))
+    )
+    names = tuple(option.name for option in choice.options)
+    alike = tuple(option.alike for option in choice.options)
+    return Decision(question.name, names, costs.cost, costs.feasible, alike, reasons)
 
 
 def _find_supports(
@@ -315,15 +326,15 @@ def _find_supports(
     bounds: GripBounds | None,
     chosen: Sequence[OpenDecision],
 ) -> list[list[Suspicion]]:
-    """Finds the objects on which each certain choice depends: without any one of them it would be open."""
+    """Finds the objects on which each settled choice depends: without any one of them it would be open."""
     supports: list[list[Suspicion]] = [[] for _ in questions]
     for suspicion in samples.suspicions:
         samples.draw(_NUM_DOUBTED, suspicion)
         for place, (question, now) in enumerate(zip(questions, chosen, strict=True)):
             names = {option.object_name for option in question.choice.options}
-            if now.p_best >= CERTAIN and samples.concerns(suspicion, names):
+            if now.p_best >= SETTLED and samples.concerns(suspicion, names):
                 decision = _decide(question, samples, criterion, bounds)
-                if decision.mark_best().mean(axis=1)[decision.options.index(now.best)] < CERTAIN:
+                if decision.mark_best().mean(axis=1)[decision.options.index(now.best)] < SETTLED:
                     supports[place].append(suspicion)
     return supports
 
@@ -345,4 +356,6 @@ def _describe(decision: Decision, criterion: Criterion) -> OpenDecision:
         cost=float(costs[best]),
         margin=float(others.min() - costs[best]) if len(others) else None,
         p_possible=float((decision.feasible & np.isfinite(decision.cost)).any(axis=0).mean()),
+        alike=decision.alike[best],
+        infeasible_reason=decision.infeasible_reasons[best],
     )

@@ -2,11 +2,15 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import pytest
 from helpers.answers import answer
 from helpers.refusals import refuse_command
 from helpers.trials import write_known
+
+from affordance.commands.advice.next import describe_holds
+from affordance.extensions.advice.next_hold import OpenDecision
 
 ANY = ["next", "reach", "--samples", 800, "--know", "nothing"]
 ONE = [*ANY, "--only", "machinist hammer"]
@@ -35,7 +39,8 @@ def test_who_knows_its_materials_is_told_on_what_that_rests_and_how_to_check_it(
     assert content["sentence"].endswith(" to check: the choice for reach rests on the stock #2 alone.")
     assert "machinist hammer" in {each["name"] for each in content["ranked"]}
     said = answer(*ONE, "--memory", known, "--price", 100).out
-    assert "Nothing more needs to be held: every choice is certain. But the" in said
+    p_best = content["decisions"][0]["p_best"]
+    assert f"Nothing more needs to be held: reach is decided (P = {p_best:.2f}). But the" in said
 
 
 def test_a_tool_seen_in_pictures_may_be_held_itself():
@@ -192,3 +197,25 @@ TASKS = "hammer, reach, mash, carry, hold"
 def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
     monkeypatch.chdir(tmp_path)
     assert said in refuse_command("next", *words.split())
+
+
+def test_ends_that_are_alike_are_one_choice(tmp_path):
+    path = tmp_path / "bars.yaml"
+    grips = "{left: {position: [-0.12, 0, 0]}, right: {position: [0.12, 0, 0], rpy_deg: [0, 0, 180]}}"
+    path.write_text(
+        f"tools: [{{name: bar, components: [{{box: [0.3, 0.03, 0.03], material: oak}}], grips: {grips}}}]\n"
+    )
+    said = answer("next", "hold", "--tools", path, "--samples", 200).out
+    assert "Nothing more needs to be held: hold is decided (P = 1.00)." in said
+    assert "hold: take the bar by either end, best with probability 1.00; expected loss 0 N" in said
+
+
+def test_limit_that_stops_a_task_is_named():
+    stopped = OpenDecision(
+        "reach", "bar by left", False, 0.0, 0.0, 0.0, 1.0, None, 0.0, ("right",), "j2 must bear 5.47"
+    )
+    nothing = describe_holds(SimpleNamespace(decisions=[stopped], ranked=[], unit="N"))[0]
+    assert nothing == "reach: no option can do it (P = 1.000); nearest is the bar by either end: j2 must bear 5.47"
+    seldom = stopped._replace(p_feasible=0.4, p_possible=0.4)
+    (line, *_) = describe_holds(SimpleNamespace(decisions=[seldom], ranked=[], unit="N"))
+    assert line.endswith("feasible with probability 0.40, which must be at least 0.95: j2 must bear 5.47")

@@ -68,7 +68,7 @@ def test_without_a_memory_it_says_that_it_knows_nothing():
 def test_json_has_all_numbers_and_writes_nothing_else(known):
     content = answer(*ONE, *known, "--json", "--by", "margin").content
     keys = "task robot see memory trials_of_other_arms known learned unknown surprises by unit statistic choice"
-    keys += " options p_none why remarks sentence expected"
+    keys += " ties options p_none why remarks sentence expected"
     assert set(content) == set(keys.split())
     assert (content["by"], content["unit"], content["statistic"]) == ("margin", "1", "p95")
     assert content["memory"] == "m.sqlite"
@@ -346,6 +346,24 @@ def test_ends_that_are_alike_are_either_end(club):
     options = answer(*club, "--json").content["options"]
     assert {each["grip"]: each["alike"] for each in options} == {"top": ["bottom"], "middle": []}
     assert sum(each["p_best"] for each in options) == pytest.approx(1.0)
+
+
+def test_ends_that_cost_the_same_are_said(tmp_path):
+    """Held still by mirrored ends, a bar asks the same of the grip, though it lies on either side of the hand."""
+    path = tmp_path / "bar.yaml"
+    grips = "{left: {position: [-0.12, 0, 0]}, right: {position: [0.12, 0, 0]}, near: {position: [0.1, 0, 0]}}"
+    path.write_text(
+        f"tools:\n  - name: bar\n    components: [{{box: [0.3, 0.03, 0.03], material: oak}}]\n    grips: {grips}\n"
+    )
+    words = ["rank", "hold", "--tools", path, "--samples", "4000"]
+    both = answer(*words, "--json").content
+    assert both["choice"]["grip"] == "near"
+    assert both["ties"] == []
+    path.write_text(path.read_text().replace(", near: {position: [0.1, 0, 0]}", ""))
+    two = answer(*words, "--json").content
+    (tied,) = two["ties"]
+    assert {two["choice"]["grip"], tied["grip"]} == {"left", "right"}
+    assert f"; the bar by its {tied['grip']} costs the same to 0.1 %" in two["sentence"]
 
 
 def test_tool_without_a_striking_face_is_no_option_for_a_blow(club, tmp_path):

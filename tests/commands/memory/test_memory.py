@@ -220,6 +220,19 @@ def test_command_teaches_weighings_to_a_memory(tmp_path: Path) -> None:
     assert "a scale" in said
 
 
+def test_mass_of_an_objects_own_urdf_is_a_weighing(tmp_path: Path) -> None:
+    path = tmp_path / "cube.urdf"
+    path.write_text(
+        '<robot name="cube"><link name="cube"><inertial><mass value="1"/>'
+        '<inertia ixx=".0017" iyy=".0017" izz=".0017" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '<visual><geometry><box size=".1 .1 .1"/></geometry></visual></link></robot>'
+    )
+    place = str(tmp_path / "m.sqlite")
+    assert answer("memory", "weigh", place, path).lines == [f"{place}: 1 of 1 trial new, 1 in all"]
+    (thing,) = answer("memory", "show", place, "--json").content["things"]
+    assert thing["mass"] == pytest.approx(1.0, abs=0.02)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

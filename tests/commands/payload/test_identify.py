@@ -218,6 +218,17 @@ def test_the_frame_of_a_wrist_sensor_is_no_flange(folder, tmp_path):
     assert f"set_target_payload({found['mass_kg']:.4f}, [{centre}]" in lines
 
 
+def test_an_object_may_be_described_by_its_own_urdf(folder, tmp_path):
+    empty, loaded = _name(folder, "empty", "stick")
+    path = tmp_path / "rod.urdf"
+    path.write_text(
+        '<robot name="rod"><link name="rod"><inertial><mass value="1"/>'
+        '<inertia ixx=".0003" iyy=".02" izz=".02" ixy="0" ixz="0" iyz="0"/></inertial><visual>'
+        '<origin xyz=".15 0 0"/><geometry><box size=".3 .04 .04"/></geometry></visual></link></robot>'
+    )
+    assert " kg +- " in _run(folder, "--empty", empty, "--loaded", loaded, "--object", path).out
+
+
 def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
     empty, loaded, again = _name(folder, "empty", "stick", "stick_again")
     tools, memory = MODELS / "tools" / "novel.yaml", tmp_path / "memory.sqlite"

@@ -30,7 +30,8 @@ def rng():
 def decide(*costs, feasible=None):
     cost = np.array(costs)
     names = tuple(f"option {i}" for i in range(len(cost)))
-    return Decision("task", names, cost, np.ones(cost.shape, dtype=bool) if feasible is None else feasible)
+    feasible = np.ones(cost.shape, dtype=bool) if feasible is None else feasible
+    return Decision("task", names, cost, feasible, ((),) * len(names), ("",) * len(names))
 
 
 def worth_of(percepts, decisions):

@@ -123,7 +123,7 @@ def test_who_knows_everything_stops_and_who_sees_a_tie_says_so(question):
     densities = {part.material.colour: part.material.density for part in (OAK.components[0], STEEL.components[0])}
     known = advise(question, [OAK, STEEL], MaterialMemory.from_densities(densities))
     assert known.decisions[0].p_best > 0.95
-    assert known.stop == "certain"
+    assert known.stop == "settled"
     dear = advise(question, [OAK, BRASS], price=1e6)
     assert dear.stop == "not worth its price"
     assert dear.pair is None
@@ -177,21 +177,21 @@ def test_hold_of_a_tool_tells_of_the_errors_of_its_look(question):
     assert not np.array_equal(first, samples.draw(50).draw_errors("tool"))
 
 
-def test_certainty_that_rests_on_one_object_is_said_and_a_check_proposed(question):
+def test_settled_choice_that_rests_on_one_object_is_said_and_a_check_proposed(question):
     memory = hold_all((OAK, 563.0), (STEEL, 7200.0))
     advice = advise(question, [SECOND, BRASS], memory, looks=LOOKS)
     assert advice.rests_on == ("bar of oak",)  # steel never felt would be denser than oak, most probably
     assert (advice.stop, advice.check) == ("", "second bar")
     dear = advise(question, [SECOND], memory, looks=LOOKS, price=1e3)
-    assert (dear.stop, dear.rests_on, dear.check) == ("certain", ("bar of oak",), "")
+    assert (dear.stop, dear.rests_on, dear.check) == ("settled", ("bar of oak",), "")
     unnamed = advise(question, [SECOND], memory, price=1e3)
     assert unnamed.rests_on == ("object 1",)
     checked = hold(memory, SECOND, 580.0)
     advice = advise(question, [BRASS], checked, looks=LOOKS)
-    assert (advice.stop, advice.rests_on, advice.check) == ("certain", (), "")
+    assert (advice.stop, advice.rests_on, advice.check) == ("settled", (), "")
 
 
-def test_two_objects_that_differ_are_no_certainty_until_a_third_decides(question):
+def test_two_objects_that_differ_settle_nothing_until_a_third_decides(question):
     """Two objects at odds leave a third hold worth while, though the learner itself is sure of the mean of both."""
     at_odds = hold_all((OAK, 7200.0), (SECOND, 580.0), (STEEL, 7200.0))
     mean, covariance = at_odds.belief.untruncated_mean, at_odds.belief.covariance
@@ -202,7 +202,7 @@ def test_two_objects_that_differ_are_no_certainty_until_a_third_decides(question
     assert doubted.ranked[0].name == "third bar"
     assert doubted.decisions[0].p_best < believed.p_best
     advice = advise(question, [BRASS], hold(at_odds, THIRD, 570.0))
-    assert (advice.stop, advice.rests_on) == ("certain", ())
+    assert (advice.stop, advice.rests_on) == ("settled", ())
 
 
 class Advisor:
@@ -221,7 +221,8 @@ class Advisor:
         def decide(question: Question, samples: HoldSamples, *_: object) -> Decision:
             own = np.array([samples.draw_own(tool.name) @ samples.build_geometry(tool.name).Phi[0] for tool in tools])
             cost = costs[int(question.name)](own > np.median(own, axis=1)[:, None])
-            return Decision(question.name, ("a", "b", "c")[: len(cost)], cost, np.isfinite(cost))
+            names = ("a", "b", "c")[: len(cost)]
+            return Decision(question.name, names, cost, np.isfinite(cost), ((),) * len(names), ("",) * len(names))
 
         self._monkeypatch.setattr(next_hold, "_decide", decide)
         memory = more.pop("memory", MaterialMemory())
@@ -280,7 +281,7 @@ def test_pair_may_be_without_the_object_that_is_worth_most_alone(advisor: Adviso
 
 def test_pairs_are_looked_at_only_while_a_choice_is_open(advisor: Advisor, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Outlook, "find_best_pair", None)
-    assert advisor.advise(fix(1.0, 2.0)).stop == "certain"
+    assert advisor.advise(fix(1.0, 2.0)).stop == "settled"
     assert advisor.advise(depend(0)).stop == ""
 
 
@@ -293,12 +294,12 @@ def test_worth_below_a_ten_thousandth_of_the_cost_is_none(advisor: Advisor, gain
 @pytest.mark.parametrize(
     ("costs", "stop"),
     [
-        ([fix(1.0, 2.0)], "certain"),
-        ([fix(1.0, 2.0), fix(2.0, 1.0)], "certain"),
+        ([fix(1.0, 2.0)], "settled"),
+        ([fix(1.0, 2.0), fix(2.0, 1.0)], "settled"),
         ([fix(1.0, 2.0), depend(0)], ""),
         ([fix(np.inf, np.inf)], "impossible"),
         ([fix(np.inf, np.inf), fix(np.inf, np.inf)], "impossible"),
-        ([fix(np.inf, np.inf), fix(1.0, 2.0)], "certain"),
+        ([fix(np.inf, np.inf), fix(1.0, 2.0)], "settled"),
         ([fix(np.inf, np.inf), depend(0)], ""),
     ],
 )
@@ -405,7 +406,7 @@ OPEN = OpenDecision("reach", "a", True, 1.0, 0.5, 0.1, 1.0, 0.1, 1.0)
 
 
 @pytest.mark.parametrize(
-    ("changes", "is_possible", "is_certain"),
+    ("changes", "is_possible", "is_settled"),
     [
         ({}, True, False),
         ({"p_best": 0.949}, True, False),
@@ -414,11 +415,11 @@ OPEN = OpenDecision("reach", "a", True, 1.0, 0.5, 0.1, 1.0, 0.1, 1.0)
         ({"p_possible": 0.04}, False, True),
     ],
 )
-def test_choice_is_certain_from_a_probability_of_95_percent(
-    changes: dict[str, float], is_possible: bool, is_certain: bool
+def test_choice_is_settled_from_a_probability_of_95_percent(
+    changes: dict[str, float], is_possible: bool, is_settled: bool
 ) -> None:
     decision = OPEN._replace(**changes)
-    assert (decision.is_possible, decision.is_certain) == (is_possible, is_certain)
+    assert (decision.is_possible, decision.is_settled) == (is_possible, is_settled)
 
 
 @pytest.mark.parametrize(
