@@ -78,19 +78,22 @@ def find_pair(mean: Array, sd: Array, center: Array, covariance: Array) -> tuple
         center: Means of the unrestricted distribution to start from, (B, 2).
         covariance: Its covariance, (B, 2, 2).
     """
-    best, best_covariance, least = center, covariance, np.full(len(center), np.inf)
+    best, best_covariance, least = center.copy(), covariance.copy(), np.full(len(center), np.inf)
+    left = np.arange(len(center))
     for _ in range(_PAIR_STEPS):
-        found, spread = compute_pair_moments(center, covariance, mean, sd)
-        error = (np.abs(found - mean) / mean + np.abs(spread / sd - 1.0)).max(axis=1)
-        is_better = error < least
-        least = np.where(is_better, error, least)
-        best = np.where(is_better[:, None], center, best)
-        best_covariance = np.where(is_better[:, None, None], covariance, best_covariance)
-        if (least < _PAIR_TOLERANCE).all():
+        found, spread = compute_pair_moments(center, covariance, mean[left], sd[left])
+        error = (np.abs(found - mean[left]) / mean[left] + np.abs(spread / sd[left] - 1.0)).max(axis=1)
+        better = error < least[left]
+        least[left[better]] = error[better]
+        best[left[better]], best_covariance[left[better]] = center[better], covariance[better]
+        going = least[left] >= _PAIR_TOLERANCE
+        left, center, covariance, found, spread = (a[going] for a in (left, center, covariance, found, spread))
+        if not len(left):
             break
         variance = np.diagonal(covariance, axis1=1, axis2=2)
-        change = np.clip(sd / spread, 0.8, 1.25)
+        change = np.clip(sd[left] / spread, 0.8, 1.25)
         gain = np.minimum(variance / spread**2, 4.0)
-        center = center + gain * (mean - found) - (change**2 - 1.0) * (found - center) * (variance > 1.5 * spread**2)
+        pull = (change**2 - 1.0) * (found - center) * (variance > 1.5 * spread**2)
+        center = center + gain * (mean[left] - found) - pull
         covariance = covariance * change[:, :, None] * change[:, None]
     return best, best_covariance
