@@ -46,7 +46,7 @@ class Pick(enum.Enum):
 
 
 # Breadth of a category divided by its mean density, fitted once to two groups of people for each way to pick, on
-# 2026-11-29: 0.203 (95 % interval 0.166 to 0.243) and 0.222 (0.161 to 0.271); docs/decisions/0026-kinds.md.
+# 2026-11-29: 0.204 (95 % interval 0.170 to 0.242) and 0.215 (0.162 to 0.256); docs/decisions/0026-kinds.md.
 KAPPA = {Pick.MAP: 0.20, Pick.DRAWN: 0.22}
 _LABELS = {Pick.MAP: "kinds, most probable", Pick.DRAWN: "kinds, drawn"}
 
