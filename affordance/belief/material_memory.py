@@ -245,7 +245,8 @@ class MaterialMemory:
             columns.append(column)
             parts.append(part._replace(colour=memory.colours[column]))
         colours = tuple(dict.fromkeys(columns))
-        alike = (i for i, thing in enumerate(memory.things) if set(thing.colours) == set(colours))
+        own = set(colours)
+        alike = (i for i, thing in enumerate(memory.things) if set(thing.colours) == own)
         number = next((i for i in alike if is_same_object(memory.things[i].appearance, parts)), None)
         thing = Thing(tuple(parts), colours) if number is None else memory.things[number]
         at_hand = AtHand(thing, len(memory.things) if number is None else number)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.trials import BRASS, PLAIN, STEEL, TAU_ARM, WOOD, hold
+from helpers.trials import BRASS, PLAIN, STEEL, TAU_ARM, WOOD, build_geometry, get_regressor, hold
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory, start_memory
@@ -112,16 +112,16 @@ def _learn(trials: Sequence[TrialEvidence]) -> MaterialMemory:
 @pytest.mark.parametrize("model", [PLAIN, WeberNoise(), WhiteNoise(sd=0.3)])
 def test_repeated_holds_tell_little_more_about_a_material(model):
     """However often it is held, a piece may deviate from its material; that of many pieces averages out."""
-    once, often = (
-        _learn([hold("bar", (WOOD,), (600.0,), seed, model=model) for seed in range(count)]).density(WOOD)
-        for count in (1, 256)
-    )
-    assert often.sd == pytest.approx(PRIOR.deviation * often.mean, rel=0.05)
+    A = get_regressor() @ build_geometry(1).Phi[:, 0]
+    sd = (A**2 / model.compute_sd(TAU_ARM + 600.0 * A) ** 2).sum() ** -0.5  # of the piece's density after one hold
+    of_pieces = PRIOR.deviation * 600.0
+    often = _learn([hold("bar", (WOOD,), (600.0,), seed, model=model) for seed in range(256)]).density(WOOD)
+    assert often.sd == pytest.approx(np.hypot(of_pieces, sd / 16.0), rel=0.05)
     others = [hold("bar", (WOOD,), (600.0,), i, model=model) for i in range(100)]
     looks = [each.parts[0]._replace(sizes=(0.05 * 1.04**i,)) for i, each in enumerate(others)]
     others = [replace(each, parts=(look,)) for each, look in zip(others, looks, strict=True)]
     of_many = _learn(others).density(WOOD).sd
-    assert of_many == pytest.approx(once.sd / 10.0, rel=0.1)
+    assert of_many == pytest.approx(np.hypot(of_pieces, sd) / 10.0, rel=0.1)
 
 
 def test_a_size_that_is_seen_wrongly_does_not_average_out():

@@ -21,7 +21,7 @@ from helpers.refusals import refuse
 from helpers.trials import BRASS, STEEL, WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.learners import DENSITY, KINDS_MAP, LEARNERS
+from affordance.belief.learners import KINDS_MAP, LEARNERS
 from affordance.belief.likelihood import Quadratic
 from affordance.belief.material_memory import start_memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
@@ -364,22 +364,6 @@ def test_records_that_were_changed_from_outside_are_found_by_all_who_read_them(l
         assert str(caught.value) == found
     assert ledger.append(hold_workshop(9)) >= 3
     assert ledger.forget(Selection(since="2026-01-01")) >= 8
-
-
-def test_evidence_that_fits_no_densities_names_its_trial(ledger):
-    """All joints feel one torque, of a shape that may be anything: errors that are equal to rounding."""
-    trial = hold("bar", (WOOD,), (600.0,), 0)
-    same = np.concatenate([np.full(14, 5.0), np.ones(70)])
-    geometry = replace(trial.geometry, Phi_errors=np.full((1, 10, 1), 1e6))
-    ledger.append([hold("rod", (STEEL,), (7800.0,), 1), replace(trial, features=same, geometry=geometry)])
-    (bad, _) = ledger.list_trials()
-    for learner in (DENSITY, KINDS_MAP):
-        with pytest.raises(BadValueError) as caught:
-            ledger.recall(learner)
-        assert str(caught.value) == f"{ledger.place}: trial {bad.id}: cannot be learned from: Singular matrix"
-    assert ledger.verify() == []
-    ledger.forget(Selection(trial=bad.id))
-    assert len(ledger.recall().colours) == 1
 
 
 def test_what_is_no_selection_or_no_list_of_trials_is_refused(ledger):
