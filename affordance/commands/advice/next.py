@@ -5,7 +5,7 @@ import argparse
 from affordance.arguments import check_number
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.options import add_weighings
-from affordance.choice.picking import MIN_FEASIBILITY
+from affordance.choice.picking import MIN_FEASIBILITY, TIE
 from affordance.choice.pricing import GripBounds, plan_options
 from affordance.commands.advice.workbench import (
     Bench,
@@ -177,7 +177,8 @@ def _describe_open(decision: OpenDecision, unit: str) -> str:
     """Describes an open choice: a tie, or an expected loss that no hold here can avoid."""
     margin = decision.margin
     if margin is not None and max(margin, decision.regret) <= _TIE * decision.cost:
-        return f"{decision.name} is a tie (P = {decision.p_best:.2f}): the best two differ by {margin:.2g} {unit}"
+        gap = 0.0 if abs(margin) <= TIE * decision.cost else margin
+        return f"{decision.name} is a tie (P = {decision.p_best:.2f}): the best two differ by {gap:.2g} {unit}"
     return f"{decision.name} stays open (P = {decision.p_best:.2f}, expected loss {decision.regret:.2g} {unit})"
 
 

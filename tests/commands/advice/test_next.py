@@ -91,10 +91,11 @@ def test_criterion_and_grip_of_a_choice_are_those_of_a_ranking(tmp_path):
 
 
 def test_tie_says_by_how_little_the_best_two_differ(tmp_path):
-    """One grip by two names is a tie, which no hold decides."""
-    grips = "{one: {position: [0, 0, 0]}, two: {position: [0, 0, 0]}}"
-    said = answer(*ANY, *write_tools(tmp_path, "[0.2, 0.01, 0.01]", grips)).out
-    assert said.startswith("Nothing here is worth holding: reach is a tie (P = 0.50): the best two differ by 0 J.\n")
+    """Held on its left or right, a bar asks the same of the grip: the rest is rounding."""
+    grips = "{one: {position: [0, -0.005, 0]}, two: {position: [0, 0.005, 0]}}"
+    words = ["next", "hold", *ANY[2:], *write_tools(tmp_path, "[0.2, 0.02, 0.01]", grips)]
+    said = answer(*words).out
+    assert said.startswith("Nothing here is worth holding: hold is a tie (P = 0.50): the best two differ by 0 N.\n")
 
 
 def test_task_that_no_option_can_do_is_refused_as_by_a_ranking(tmp_path):
