@@ -413,7 +413,7 @@ def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> Stat
         rows = [*state[name][0], *(each.hold[i][0, 0] for each in felt)]
         stacked = np.zeros((len(rows), *np.max([row.shape for row in rows], axis=0, initial=0).astype(int)))
         for k, row in enumerate(rows):
-            stacked[k][tuple(map(slice, row.shape))] = row
+            stacked[k, *(slice(size) for size in row.shape)] = row
         merged[name] = stacked[None]
     same = ("hold_thing", "hold_noise", "hold_arm", "hold_regressor", "hold_errors")
     keys = np.concatenate([merged[name].reshape(len(number), -1) for name in same], axis=1)
