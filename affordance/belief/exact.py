@@ -33,8 +33,9 @@ _FREE, _RELATED = 6.0, 0.02
 # beyond the nodes it continues along straight lines.
 _NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)
 _LEAST_CURVATURE = 0.1  # of a deviation, whose prior alone has 1
-# Largest change of the log posterior by a Newton step that counts as none, at the mode and at a node.
-_SETTLED, _SETTLED_NODE = 1e-20, 1e-10
+# Largest change of the log posterior by a Newton step that counts as none, at the mode and at a node. A step that
+# promises no more than the last number is the last: it squares what is left, and rounding hides smaller changes.
+_SETTLED, _SETTLED_NODE, _LAST = 1e-20, 1e-10, 1e-10
 _MOST_STEPS, _MOST_HALVINGS = 100, 40
 _LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in double precision
 
@@ -199,23 +200,25 @@ def _climb(model: _Model, z: Array, d: Array, fixed: Array, settled: float) -> _
     Where the matrix of second derivatives is not negative definite, its expectation replaces it.
     """
     found = _Mode(z, d, *_look(model, z, d, fixed))
-    left, part, here = np.arange(len(z)), model, found
+    left, part, here, ended = np.arange(len(z)), model, found, np.zeros(fixed.shape[:2], dtype=bool)
     for _ in range(_MOST_STEPS):
-        moves = here.curvature.gain > settled  # (b, n)
+        moves = (here.curvature.gain > settled) & ~ended  # (b, n)
         going = np.flatnonzero(moves.any(axis=1))
         if not len(going):
             return found
         if len(going) < len(left):
             left, part, here, moves = left[going], part.take(going), _take(here, going), moves[going]
-        length, free = moves.astype(float), fixed[left]
+            ended = ended[going]
+        length, free, is_last = moves.astype(float), fixed[left], here.curvature.gain <= _LAST
         for _ in range(_MOST_HALVINGS):
             z = np.maximum(here.z + length[..., None] * here.curvature.dz, _LEAST_SCORE)
             d = here.d + length[..., None, None] * here.curvature.dd
             point = part.evaluate(z, d)
-            worse = ~(point.value >= here.point.value - 1e-12 * np.abs(here.point.value))
+            worse = ~(point.value >= here.point.value - 1e-12 * np.abs(here.point.value)) & ~is_last
             if not worse.any():
                 break
             length = np.where(worse, 0.5 * length, length)
+        ended |= is_last | worse  # no step, however short, gains anything that rounding does not hide
         here = _Mode(z, d, *_look(part, z, d, free, point))
         found = here if len(left) == len(found.z) else _put(found, left, here)
     return found
@@ -384,15 +387,15 @@ def _divide(
         kept = np.flatnonzero(is_own.any(axis=0))
         if not len(kept):
             continue
-        is_felt = np.take_along_axis(is_own, holds.thing, axis=1) & (holds.count > 0)
-        of_group = Holds(*(array[:, is_felt.any(axis=0)] for array in holds))
+        is_felt = np.take_along_axis(is_own, holds.thing, axis=1) & (holds.counts > 0)
+        of_group = Holds._make(array[:, is_felt.any(axis=0)] for array in holds)
         is_felt = is_felt[:, is_felt.any(axis=0)]
         numbers, places = np.zeros(M, dtype=np.intp), np.zeros(kinds.shape[1], dtype=np.intp)
         numbers[chosen], places[kept] = np.arange(len(chosen)), np.arange(len(kept))
         used = is_used[:, kept] & is_own[:, kept, None]
         found = compute_posterior(
-            prior.select(chosen),
-            of_group._replace(thing=places[of_group.thing], count=np.where(is_felt, of_group.count, 0.0)),
+            prior.select(chosen.tolist()),
+            of_group._replace(thing=places[of_group.thing], counts=np.where(is_felt, of_group.counts, 0.0)),
             np.where(used, numbers[kinds[:, kept]], 0),
             used,
             deviation,

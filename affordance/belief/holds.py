@@ -35,7 +35,7 @@ class Holds(NamedTuple):
     """Arrays of a state that hold what was felt; see ``OF_HOLDS``."""
 
     thing: NDArray[np.intp]
-    count: Array
+    counts: Array
     weight: Array
     noise: Array
     arm: Array
@@ -51,7 +51,7 @@ class Holds(NamedTuple):
 
     def take(self, rows: NDArray[np.intp]) -> "Holds":
         """Returns the arrays of some observers."""
-        return Holds(*(array[rows] for array in self))
+        return Holds._make(array[rows] for array in self)
 
 
 class Slopes(NamedTuple):
@@ -93,7 +93,7 @@ def fit_torques(holds: Holds, num_things: int) -> tuple[Array, Array]:
     """
     size, C = len(holds.thing), holds.regressor.shape[3]
     sums = np.zeros((size, 1, num_things, C * C + C))
-    variance = holds.noise[..., :1] ** 2 + (holds.noise[..., 1:] * holds.tau) ** 2 + (holds.count == 0)[..., None]
+    variance = holds.noise[..., :1] ** 2 + (holds.noise[..., 1:] * holds.tau) ** 2 + (holds.counts == 0)[..., None]
     weighted = holds.regressor.mT * (holds.weight[..., None] / variance)[..., None, :]  # (B, N, C, J)
     precision = (weighted @ holds.regressor).reshape(*holds.thing.shape, C * C)
     information = np.matvec(weighted, holds.tau - holds.arm)
@@ -109,7 +109,7 @@ _FEW = 32  # number of things whose sums are matrix products
 def _cut(holds: Holds, entries: int) -> Iterator[Holds]:
     """Cuts the holds into parts, given the number of entries that one hold of each observer needs."""
     N, step = holds.arm.shape[1], max(1, _LARGEST // max(entries, 1))
-    return (Holds(*(array[:, start : start + step] for array in holds)) for start in range(0, N, step))
+    return (Holds._make(array[:, start : start + step] for array in holds) for start in range(0, N, step))
 
 
 def _multiply(values: Array, matrices: Array) -> Array:
@@ -128,12 +128,12 @@ def _add_by_thing(sums: Array, holds: Holds, values: Array) -> None:
     """Adds to sums of T things, (B, n, T, K), the values of their holds, (B, n, N, K)."""
     T = sums.shape[2]
     if len(sums) > 1 or T <= _FEW:
-        owner = (holds.thing[:, None, :] == np.arange(T)[:, None]) & (holds.count > 0)[:, None, :]
+        owner = (holds.thing[:, None, :] == np.arange(T)[:, None]) & (holds.counts > 0)[:, None, :]
         sums += owner[:, None].astype(float) @ values
         return
     # The matrix above would be too large for one observer with many things and holds.
     thing, order = holds.thing[0], np.argsort(holds.thing[0], kind="stable")
-    order = order[holds.count[0, order] > 0]
+    order = order[holds.counts[0, order] > 0]
     starts = np.flatnonzero(np.diff(thing[order], prepend=-1))
     sums[:, :, thing[order[starts]]] += np.add.reduceat(values[:, :, order], starts, axis=2)
 
@@ -143,7 +143,7 @@ def _compare(holds: Holds, t: Array, is_expected: bool) -> tuple[Array, Array, A
 
     Returns: Log likelihood of a hold, (B, n, N), and its first and second derivative by each torque, (B, n, N, J).
     """
-    count, weight = holds.count[:, None, :, None], holds.weight[:, None, :, None]
+    count, weight = holds.counts[:, None, :, None], holds.weight[:, None, :, None]
     threshold, fraction = (holds.noise[:, None, :, None, i] ** 2 for i in (0, 1))
     v = fraction * t**2 + (threshold + (count == 0))  # 1 where there is no hold
     precision = 1.0 / v
@@ -213,7 +213,7 @@ def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
         errors = part.errors.reshape(*part.errors.shape[:2], Q * J, C)
         F = _multiply(of_hold, errors.mT).reshape(*t.shape[:3], Q, J)
         threshold, fraction = part.noise[:, None, :, None, 0], part.noise[:, None, :, None, 1]
-        v = threshold**2 + (fraction * t) ** 2 + (part.count == 0)[:, None, :, None]
+        v = threshold**2 + (fraction * t) ** 2 + (part.counts == 0)[:, None, :, None]
         W = part.weight[:, None, :, None] / v
         dW, r = -2.0 * fraction**2 * t / v * W, part.tau[:, None] - t  # derivative by the torque, and residual
         weighted = F * W[..., None, :]
@@ -310,7 +310,7 @@ class Felt(NamedTuple):
             observers: Number of the observer who holds each belief, (N,); None if belief b belongs to observer b.
         """
         rows = np.arange(len(normals)) if observers is None else observers
-        hold = Holds(*(array[rows] for array in self.hold))
+        hold = self.hold.take(rows)
         Lambda, eta = normals.precision, normals.information_vector
 
         def evaluate(rho: Array, part: NDArray[np.intp]) -> tuple[Array, Array, Slopes]:
@@ -412,8 +412,8 @@ def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> Stat
     for i, name in enumerate(OF_HOLDS[1:], 1):
         rows = [*state[name][0], *(each.hold[i][0, 0] for each in felt)]
         stacked = np.zeros((len(rows), *np.max([row.shape for row in rows], axis=0, initial=0).astype(int)))
-        for place, row in enumerate(rows):
-            stacked[place, *map(slice, row.shape)] = row
+        for k, row in enumerate(rows):
+            stacked[k, *(slice(size) for size in row.shape)] = row
         merged[name] = stacked[None]
     same = ("hold_thing", "hold_noise", "hold_arm", "hold_regressor", "hold_errors")
     keys = np.concatenate([merged[name].reshape(len(number), -1) for name in same], axis=1)

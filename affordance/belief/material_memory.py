@@ -284,10 +284,11 @@ class MaterialMemory:
                 if any(find_material(part, memory.colours) is None for part in looks):
                     memory = settle()
                 memory, columns = memory._look_at(looks, prior)
-                assert memory.at_hand is not None
-                if memory.at_hand.number == len(memory.things):
-                    memory = replace(memory, things=(*memory.things, memory.at_hand.thing))
-                known[looks, len(memory.colours)] = memory.at_hand, columns
+                at_hand = memory.at_hand
+                assert at_hand is not None
+                if at_hand.number == len(memory.things):
+                    memory = replace(memory, things=(*memory.things, at_hand.thing))
+                known[looks, len(memory.colours)] = at_hand, columns
             at_hand, columns = known[looks, len(memory.colours)]
             added.append((at_hand.seen, describe(at_hand.seen, columns)))
             memory = replace(memory, num_lifts=memory.num_lifts + 1, at_hand=None)

@@ -114,7 +114,7 @@ def _list_things(memory: MaterialMemory, things: Sequence[FeltThing], names: Seq
     variances += (change[0] * np.linalg.solve(M[0, 0], change[0, ..., None])[..., 0]).sum(axis=-1)
     is_felt = np.isin(np.arange(T), holds.thing[0][holds.regressor[0].any(axis=(1, 2))])
     found = []
-    for k in np.flatnonzero(is_felt):
+    for k in np.flatnonzero(is_felt).tolist():
         densities = DensityBelief.from_normals(own.take([k]).select(range(len(memory.things[k].colours))))
         medians = tuple(float(each) for each in densities.compute_percentiles([0.5])[0])
         mass, mass_sd = float(masses[0, k]), float(np.sqrt(variances[k]))

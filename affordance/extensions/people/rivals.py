@@ -57,9 +57,9 @@ class OwnMemory(Learner):
         prior, holds, N = _build_prior(state, len(seen.colours)), Holds.of(state), state["hold_count"].shape[1]
         if not N:
             return prior
-        count = np.where(holds.thing == seen.things[:, None], holds.count, 0.0)
+        count = np.where(holds.thing == seen.things[:, None], holds.counts, 0.0)
         regressor = pad(holds.regressor, (N, holds.arm.shape[2], len(seen.colours)))[..., : len(seen.colours)]
-        own = holds._replace(thing=np.zeros_like(holds.thing), count=count, regressor=regressor)
+        own = holds._replace(thing=np.zeros_like(holds.thing), counts=count, regressor=regressor)
         felt = Felt(own, np.zeros(len(count)), 0, np.zeros(len(count)))
         return prior.condition(felt.find_likelihood(prior))
 
