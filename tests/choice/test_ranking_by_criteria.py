@@ -9,7 +9,7 @@ from helpers.two_tools import HAMMER, REACH, STICK
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.carry import Keep
-from affordance.choice.demand import Criterion
+from affordance.choice.demand import Criterion, Demand
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.motion_cost import Costs
@@ -110,6 +110,7 @@ def test_options_that_are_not_usable_are_ordered_by_nearness_and_then_by_cost():
         return SimpleNamespace(
             infeasible_reason="",
             q_start=np.zeros(7),
+            compute_demand=lambda pi: Demand(np.full((7, len(pi)), 2.0), *np.zeros((2, len(pi)))),
             compute=lambda pi: Costs(
                 *np.full((2, len(pi)), cost), np.full(len(pi), feasible), np.full(len(pi), cost)
             ),
