@@ -1,7 +1,7 @@
 """Posterior of densities given one log likelihood, by sums over a grid alone; sums use nothing of the library.
 
-mu_i ~ N(m_i, s_i^2), truncated at 0     mean density of material i
-rho_i = mu_i (1 + f delta_i)             the object's own density, with delta_i ~ N(0, 1)
+The mean density of material i is mu_i ~ N(m_i, s_i^2), truncated at 0, and the object's own density is
+rho_i = mu_i (1 + f delta_i) with delta_i ~ N(0, 1).
 """
 
 from typing import NamedTuple
