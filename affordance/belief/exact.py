@@ -315,15 +315,18 @@ def compute_posterior(
     """
     B, M = prior.mean.shape
     owned = ((kinds[..., None] == np.arange(M)) & is_used[..., None]).any(axis=2)  # (B, T, M)
-    joined = (prior.covariance != 0.0).any(axis=0) | np.eye(M, dtype=bool)
-    joined |= np.tensordot(owned.astype(float), owned.astype(float), ((0, 1), (0, 1))) > 0.0
-    joined = np.linalg.matrix_power(joined, M)
+    joined = (prior.covariance != 0.0) | np.eye(M, dtype=bool) | (owned.mT @ owned)
+    joined = np.linalg.matrix_power(joined, M)  # (B, M, M)
+    patterns = np.concatenate([joined.reshape(B, -1), owned.any(axis=1)], axis=1)
+    if (patterns != patterns[:1]).any():
+        return _split(prior, holds, kinds, is_used, deviation, things, patterns)
+    joined = joined[0]
     if not (joined.all() and owned.any()):
         return _divide(prior, holds, kinds, is_used, deviation, things, joined, owned)
     model = _Model(prior, holds, kinds, is_used, deviation)
     T, C = kinds.shape[1:]
     mode = _choose_best(_climb(model, *_start(model, prior, T, C), np.zeros((B, 2, M)), _SETTLED))
-    is_separate = C == 1 and not prior.covariance[:, ~np.eye(M, dtype=bool)].any()
+    is_separate = not is_used[..., 1:].any() and not prior.covariance[:, ~np.eye(M, dtype=bool)].any()
     grid = (_tabulate_separate if is_separate else _tabulate)(model, mode)
     mean = (grid.mass * grid.mu).sum(axis=-1)
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
@@ -356,6 +359,48 @@ def compute_posterior(
     own_normals = _restrict(own_mean, own_sd, own_center, own_covariance)
     given_means = GivenMeans(own_center - np.matvec(slopes, center), slopes, alone)
     return Posterior(means, own_normals, mean, sd, given_means, log_evidence)
+
+
+def _split(
+    prior: Normals,
+    holds: Holds,
+    kinds: NDArray[np.intp],
+    is_used: Mask,
+    deviation: Array,
+    things: NDArray[np.intp] | None,
+    patterns: Mask,
+) -> Posterior:
+    """Computes the posteriors of observers in groups of equal patterns, so that none depends on others."""
+    numbers = np.unique(patterns, axis=0, return_inverse=True)[1].ravel()
+    parts = [np.flatnonzero(numbers == number) for number in range(numbers.max() + 1)]
+    order = np.argsort(np.concatenate(parts))
+    found = [
+        compute_posterior(
+            prior.take(rows),
+            holds.take(rows),
+            kinds[rows],
+            is_used[rows],
+            deviation[rows],
+            None if things is None else things[rows],
+        )
+        for rows in parts
+    ]
+
+    def join(*arrays: Array) -> Array:
+        return np.concatenate(arrays)[order]
+
+    def join_normals(*each: Normals) -> Normals:
+        return Normals(join(*(one.mean for one in each)), join(*(one.covariance for one in each)))
+
+    means, own, mean, sd, given_means, log_evidence = zip(*found, strict=True)
+    return Posterior(
+        join_normals(*means),
+        None if things is None else join_normals(*own),
+        join(*mean),
+        join(*sd),
+        None if things is None else GivenMeans(*map(join, *given_means)),
+        join(*log_evidence),
+    )
 
 
 def _divide(
@@ -482,7 +527,7 @@ def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
     dd = -(mode.curvature.DC @ dz[:, :, None, :, None])[..., 0]
     d = mode.d + dd
     point = model.evaluate(np.maximum(mode.z + dz, _LEAST_SCORE), d)
-    D = np.maximum(point.D[..., 0], _LEAST_CURVATURE)  # (B, n, T, 1)
+    D = np.maximum(np.diagonal(point.D, axis1=-2, axis2=-1), _LEAST_CURVATURE)  # (B, n, T, C)
     gain = 0.5 * point.gd**2 / D - 0.5 * np.log(D)
     of_kinds = (point.of_things[..., None] + gain)[..., None] * model.selection[:, None]
     log_p = np.swapaxes(point.of_means + of_kinds.sum(axis=(-3, -2)), 1, 2)  # (B, M, n)
