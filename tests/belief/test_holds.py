@@ -42,7 +42,12 @@ def test_log_likelihood_and_its_derivatives_are_those_of_the_reference(error, rn
         steps = 10.0 * unit
         hessian = [
             [
-                (compute(own + a + b, k) - compute(own + a - b, k) - compute(own - a + b, k) + compute(own - a - b, k))
+                (
+                    compute(own + a + b, k)
+                    - compute(own + a - b, k)
+                    - compute(own - a + b, k)
+                    + compute(own - a - b, k)
+                )
                 / 400.0
                 for b in steps
             ]
@@ -67,9 +72,14 @@ def test_quadratic_touches_the_exact_likelihood_at_the_mode_of_the_posterior(err
 
     assert evaluate(likelihood, mode) == pytest.approx(compute(mode), rel=1e-9)
     for step in 20.0 * np.eye(2):
-        one, other = ([evaluate(likelihood, mode + t * step) for t in (-1, 1)], [compute(mode + t * step) for t in (-1, 1)])
+        one, other = (
+            [evaluate(likelihood, mode + t * step) for t in (-1, 1)],
+            [compute(mode + t * step) for t in (-1, 1)],
+        )
         assert one[1] - one[0] == pytest.approx(other[1] - other[0], rel=1e-3)
-        assert sum(one) - 2.0 * evaluate(likelihood, mode) == pytest.approx(sum(other) - 2.0 * compute(mode), rel=1e-3)
+        assert sum(one) - 2.0 * evaluate(likelihood, mode) == pytest.approx(
+            sum(other) - 2.0 * compute(mode), rel=1e-3
+        )
 
 
 def test_quadratic_of_a_constant_error_is_exact_everywhere():
