@@ -411,10 +411,8 @@ def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> Stat
     merged: State = {"hold_thing": number[None]}
     for i, name in enumerate(OF_HOLDS[1:], 1):
         rows = [*state[name][0], *(each.hold[i][0, 0] for each in felt)]
-        stacked = np.zeros((len(rows), *np.max([row.shape for row in rows], axis=0, initial=0).astype(int)))
-        for k, row in enumerate(rows):
-            stacked[k, *(slice(size) for size in row.shape)] = row
-        merged[name] = stacked[None]
+        size = np.max([row.shape for row in rows], axis=0, initial=0).astype(np.intp)
+        merged[name] = np.concatenate([pad(row[None], size) for row in rows])[None]
     same = ("hold_thing", "hold_noise", "hold_arm", "hold_regressor", "hold_errors")
     keys = np.concatenate([merged[name].reshape(len(number), -1) for name in same], axis=1)
     joins = merged["hold_weight"][0] == merged["hold_count"][0]

@@ -120,7 +120,8 @@ def keep_specimens(state: State, kept: Mask) -> State:
     held = (state["hold_count"] > 0) & np.take_along_axis(kept, state["hold_thing"], axis=1)
     state = {**state, "hold_thing": np.where(held, np.take_along_axis(places, state["hold_thing"], axis=1), 0)}
     is_there = np.take_along_axis(kept, order, axis=1)
-    order, is_there = (each[:, : int(kept.sum(axis=1).max(initial=0))] for each in (order, is_there))
+    room = int(kept.sum(axis=1).max(initial=0))
+    order, is_there = order[:, :room], is_there[:, :room]
     specimens = {
         "specimen_thing": np.where(is_there, state["specimen_thing"][rows, order], 0),
         "specimen_kind": np.where(is_there[..., None], state["specimen_kind"][rows, order], 0),

@@ -87,7 +87,8 @@ def find_pair(mean: Array, sd: Array, center: Array, covariance: Array) -> tuple
         least[left[better]] = error[better]
         best[left[better]], best_covariance[left[better]] = center[better], covariance[better]
         going = least[left] >= _PAIR_TOLERANCE
-        left, center, covariance, found, spread = (a[going] for a in (left, center, covariance, found, spread))
+        left = left[going]
+        center, covariance, found, spread = (each[going] for each in (center, covariance, found, spread))
         if not len(left):
             break
         variance = np.diagonal(covariance, axis1=1, axis2=2)
