@@ -68,11 +68,7 @@ def test_port_of_the_trial_shows_what_was_seen():
 
 
 def test_geometry_seen_is_no_noise_of_the_joints():
-<<<<<<< HEAD
     """Uncertain geometry lowers the precision of densities in sum; its determinant adds a little."""
-=======
-    """Uncertain geometry lowers the precision of densities in sum; its determinant adds a little elsewhere."""
->>>>>>> w_g1
     tool = STICK.gripped_by(STICK.grips[0])
     seen = take_features(tool)
     exact = [dataclasses.replace(part, deformations=np.zeros((0, 4, 4))) for part in seen]
