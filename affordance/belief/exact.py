@@ -24,7 +24,7 @@ from scipy.special import log_ndtr, ndtri_exp
 from affordance.arrays import Array, Mask
 from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques
 from affordance.belief.normals import Normals, invert
-from affordance.belief.positive_normal import compute_moments, find_pair, find_untruncated
+from affordance.belief.positive_normal import compute_moments, find_untruncated
 
 # Means of at least so many SDs are not affected by the restriction to positive densities; least correlation that
 # matters for the others.
@@ -566,8 +566,8 @@ def _restrict(mean: Array, sd: Array, center: Array, covariance: Array) -> Norma
     """Builds the normals that have these means and SDs, (B, M), when restricted to positive densities.
 
     Correlations are those of a covariance. Where restricted densities are correlated with others, moments of the
-    restricted distribution are not those of each density alone: for two densities the normals are found by iteration
-    from the expansion, for more the expansion is returned as it is.
+    restricted distribution are not those of each density alone, and the expansion is returned as it is: it is exact
+    where the log likelihood is quadratic.
     """
     own_center, scale = find_untruncated(mean, sd)
     sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
@@ -577,7 +577,4 @@ def _restrict(mean: Array, sd: Array, center: Array, covariance: Array) -> Norma
     matched = correlation * scale[..., None] * scale[:, None]
     center = np.where(is_alone[:, None], own_center, center)
     covariance = np.where(is_alone[:, None, None], matched, covariance)
-    pairs = np.flatnonzero(~is_alone)
-    if mean.shape[1] == 2 and len(pairs):
-        center[pairs], covariance[pairs] = find_pair(mean[pairs], sd[pairs], center[pairs], covariance[pairs])
     return Normals(center, covariance)
