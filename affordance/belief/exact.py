@@ -325,8 +325,11 @@ def compute_posterior(
         return _divide(prior, holds, kinds, is_used, deviation, things, joined, owned)
     model = _Model(prior, holds, kinds, is_used, deviation)
     T, C = kinds.shape[1:]
-    mode = _choose_best(_climb(model, *_start(model, prior, T, C), np.zeros((B, 2, M)), _SETTLED))
     is_separate = not is_used[..., 1:].any() and not prior.covariance[:, ~np.eye(M, dtype=bool)].any()
+    z, d = _start(model, prior, T, C)
+    if is_separate and not holds.errors.shape[2]:  # the fit of a single density is close to the mode
+        z, d = z[:, :1], d[:, :1]
+    mode = _choose_best(_climb(model, z, d, np.zeros((*z.shape[:2], M)), _SETTLED))
     grid = (_tabulate_separate if is_separate else _tabulate)(model, mode)
     mean = (grid.mass * grid.mu).sum(axis=-1)
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
