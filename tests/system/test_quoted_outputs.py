@@ -10,8 +10,6 @@ from affordance.files.model_folder import import_study
 from docs.quoted_outputs import ROOT, leave_out, list_blocks, list_pages, remake, split_commands, split_words
 
 PAGES = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in list_pages()}
-if "```console\n$ " not in PAGES["docs/loop.md"]:  # quotes without commands, which test_page_examples.py runs
-    del PAGES["docs/loop.md"]
 # Pages that quote outputs; where all of them take minutes, only what prose repeats of them is compared.
 QUOTING = [page for page, text in PAGES.items() if any(each.is_run for each in list_blocks(text))]
 # Pages of first use, whose commands that are not run are parsed.
