@@ -47,6 +47,7 @@ class Integrator:
         contact_scheme: Integrator while a tool may touch a nail, and after a second touch.
         contact_accuracy: Target accuracy of that integrator.
         contact_max_step: Largest step of that integrator around the peak of the force, [s].
+        second_touch_accuracy: Target accuracy of that integrator once a tool touches the nail again.
     """
 
     scheme: Annotated[str, _SCHEME, Setting("", _INTEGRATION)] = "radau3"
@@ -64,6 +65,7 @@ class Integrator:
     contact_scheme: Annotated[str, _SCHEME, Setting("", _CONTACT)] = "implicit_euler"
     contact_accuracy: Annotated[float, _ACCURACY, Setting("1", _CONTACT)] = 1e-3
     contact_max_step: Annotated[float, _CONTACT_STEP, Setting("s", _CONTACT)] = 1e-4
+    second_touch_accuracy: Annotated[float, _ACCURACY, Setting("1", _CONTACT)] = 1e-2
 
     def __post_init__(self) -> None:
         """Checks all fields; a value of the wrong kind or out of bounds raises a BadArgumentError."""
@@ -87,7 +89,7 @@ class Integrator:
     @property
     def second_touch(self) -> SimulatorConfig:
         """Configuration after a second touch of the nail, when long steps suffice again."""
-        return _configure(self.contact_scheme, self.contact_accuracy, self.max_step)
+        return _configure(self.contact_scheme, self.second_touch_accuracy, self.max_step)
 
 
 def _configure(scheme: str, accuracy: float, max_step: float) -> SimulatorConfig:

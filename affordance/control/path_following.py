@@ -6,8 +6,8 @@ The reasons are in docs/decisions/0012-reaching.md.
 from collections.abc import Iterable
 
 import numpy as np
+from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.trajectories import Trajectory
-from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
@@ -87,6 +87,6 @@ class Carrying(PathFollowing):
     def _compare(self, model: ArmModel, p_WFend: Array, v_WFend: Array) -> tuple[Array, Array, Array]:
         """Computes the hand's Jacobian, (6, num_joints), displacement and velocity, (6,), with rotations first."""
         X_WH = model.compute_hand_pose()
-        turn_W = Rotation.from_matrix(self._R_WHstart @ X_WH.rotation().matrix().T).as_rotvec()
-        miss = np.concatenate([turn_W, p_WFend - X_WH.translation()])
+        turn_W = AngleAxis(rotation=self._R_WHstart @ X_WH.rotation().matrix().T)
+        miss = np.concatenate([turn_W.angle() * turn_W.axis(), p_WFend - X_WH.translation()])
         return model.compute_hand_jacobian(), miss, np.concatenate([np.zeros(3), v_WFend])

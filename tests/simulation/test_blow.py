@@ -1,16 +1,22 @@
 """Blows, simulated with contact."""
 
 import dataclasses
+import re
+import shutil
 
 import numpy as np
 import pytest
 from helpers.two_tools import HELD, PI, STICK
 
+from affordance import MODELS
 from affordance.choice.blow_cost import AIM
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import StallError
+from affordance.objects.load import load_tools
 from affordance.objects.tool import list_densities
+from affordance.plant.arm_model import ArmModel
 from affordance.plant.contact import CONTACT_STIFFNESS
+from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.diagram import TrialDiagram
@@ -130,6 +136,29 @@ def test_light_tip_that_catches_at_the_nail_on_its_way_back_takes_few_steps(hamm
     assert np.abs(contact[times > leave]).max() > 50.0  # and catches at it again
     assert times[-1] == pytest.approx(blow.strike.compute_duration(HORIZON))
     assert len(times) < 4000
+
+
+def test_second_touch_of_a_hand_of_a_milligram_takes_few_steps_and_is_as_hard(hammer, tmp_path):
+    """A hand without inertia, as robots' files have it, chatters; the touch is that of an accuracy of 1e-4."""
+    models = tmp_path / "models"
+    shutil.copytree(MODELS, models)
+    before, hand, last = (models / "arm.sdf").read_text().rpartition("<inertial>")
+    last = re.sub(r"<(ixx|iyy|izz)>[^<]*", r"<\1>1e-9", re.sub("<mass>[^<]*", "<mass>1e-6", last))
+    (models / "arm.sdf").write_text(before + hand + last)
+    tool = next(each for each in load_tools(models / "tools" / "novel.yaml") if each.name == "hammer")
+    held = tool.list_gripped()["steel"]
+    costs = hammer.build_cost(ArmModel(load_arm(models / "arm.dmd.yaml")), held.components, DEFAULT_SETTINGS)
+    steps, peaks = [], []
+    for accuracy in (DEFAULT_SETTINGS.integrator.second_touch_accuracy, 1e-3, 1e-4):
+        integrator = dataclasses.replace(DEFAULT_SETTINGS.integrator, second_touch_accuracy=accuracy)
+        settings = dataclasses.replace(DEFAULT_SETTINGS, arm=models / "arm.dmd.yaml", integrator=integrator)
+        done = simulate_blow(held, hammer, costs, list_densities([held]), settings)
+        late = done.nail.times > done.strike.contact[1]
+        steps.append(np.count_nonzero(late))
+        peaks.append(done.nail.contact[late].max())
+    assert peaks[0] == pytest.approx(peaks[2], rel=0.1)
+    assert peaks[0] > 10.0
+    assert steps[0] < 0.7 * steps[1]
 
 
 def test_estimator_that_takes_long_over_a_blow_does_not_end_it(hammer, planned):
