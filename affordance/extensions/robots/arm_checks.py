@@ -16,6 +16,8 @@ from affordance.extensions.robots.tree import RobotTree
 # An impossible inertia of a link is negligible if the link has less than this fraction of the arm's mass, and of the
 # arm's largest moment of inertia about its base: 1 % of what the motors move.
 _HARDLY = 0.01
+# Verbs that begin a problem, with those that repeat it of one and of several others; else "does" and "do".
+_VERBS = {"has": ("has", "have"), "is": ("is", "are")}
 _NUMBER = re.compile(r"(?<![\w^])-?\d[\d.]*(e[-+]?\d+)?")
 
 
@@ -176,9 +178,10 @@ def gather(faults: Iterable[tuple[str, str, str, str]]) -> list[tuple[str, str, 
         kinds.setdefault((element, _NUMBER.sub("", problem), way_out), []).append((name, problem))
     found = []
     for (element, _, way_out), ((name, problem), *others) in kinds.items():
-        do = "so" if all(text == problem for _, text in others) else "with other numbers so"
+        verb = _VERBS.get(problem.split()[0], ("does", "do"))[len(others) > 1]
         names = ", ".join(other for other, _ in others)
-        also = f" ({do} {'does' if len(others) == 1 else 'do'} {names})" if others else ""
+        numbers = "" if all(text == problem for _, text in others) else ", with other numbers"
+        also = f" (as {verb} {names}{numbers})" if others else ""
         found.append((f"{element} {name}".strip(), f"{problem}{also}", way_out))
     return found
 

@@ -73,6 +73,8 @@ def read_mjcf(path: Path, root: Element) -> Description:
         _place(element, body.pos, body.quat)
         if name not in robot.faults:
             robot.inertials[name] = inertial
+            if (stated := _find_negative(spec, name, inertial)) is not None:
+                robot.mended[name] = stated.find_fault(), stated
         if name not in robot.faults and inertial.mass:
             values = {"pos": inertial.place, "mass": (inertial.mass,), "fullinertia": inertial.moments}
             ElementTree.SubElement(element, "inertial", {key: _join(each) for key, each in values.items()})
@@ -191,6 +193,17 @@ def _remove_looks(spec: Any, robot: Description) -> None:
     for each in [*spec.meshes, *spec.materials, *spec.textures, *spec.skins]:
         if getattr(each, "name", "") not in needed and Path(getattr(each, "file", "")).stem not in needed:
             spec.delete(each)
+
+
+def _find_negative(spec: Any, name: str, compiled: Inertial) -> Inertial | None:
+    """Finds a negative mass or moment of a body in the file, which MuJoCo sets to zero without a word."""
+    import mujoco
+
+    body = spec.body(name)
+    from_shapes = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    if from_shapes or not body.explicitinertial or min(body.mass, *body.inertia) >= 0.0:
+        return None
+    return compiled._replace(mass=float(body.mass), moments=(*map(float, body.inertia), 0.0, 0.0, 0.0))
 
 
 def _read_inertial(body: Any) -> Inertial:

@@ -63,8 +63,9 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
         # A link may extend back to the previous joint, and out to the bodies that are fixed to it.
         before = float(np.linalg.norm(link.X_PL.translation()))
         size = _WIDTH + max(length, before) + max(float(np.linalg.norm(X.translation())) for _, X in link.bodies)
-        if p_com > size + reach:
-            away.append(f"{link.name} {p_com:.3g} m")
+        far = [(link.name, p_com)] if p_com > size + reach else [*_list_far_parts(arm, link, _WIDTH + reach)]
+        if far:
+            away += [f"{name} {distance:.3g} m" for name, distance in far]
             continue
         size += p_com
         gyration = _compute_gyration(link.inertial)
@@ -92,6 +93,16 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
             f"the arm of {reach:.3g} m has {arm.mass:.2g} kg, less than a thin aluminium tube ({_BARE_TUBE:g} kg/m): "
             "are masses missing or placeholders?"
         )
+
+
+def _list_far_parts(arm: ReducedArm, link: ReducedLink, reach: float) -> Iterator[tuple[str, float]]:
+    """Lists merged parts with centres of mass that are farther from their own frames than the arm reaches."""
+    for name, _ in link.bodies:
+        part = arm.tree.description.inertials.get(name)
+        if part is not None and part.mass > 0.0 and part.in_link:
+            distance = float(np.linalg.norm(part.place))
+            if distance > reach:
+                yield name, distance
 
 
 def _list_wide_parts(arm: ReducedArm, link: ReducedLink, size: float) -> list[str]:

@@ -32,9 +32,9 @@ def test_all_faults_are_in_one_message_with_the_options_that_settle_them(tmp_pat
     path = write_bench(tmp_path, *NO_LIMITS, heavy, damping)
     said = refuse(read_arm, path, TIP)
     for part in (
-        "joint j_s: has a torque limit (effort) of 0 N m, must be more than 0 (so do j_u, j_f, j_w1, j_w2, j_w3)",
+        "joint j_s: has a torque limit (effort) of 0 N m, must be more than 0 (as have j_u, j_f, j_w1, j_w2, j_w3)",
         "--effort VALUE sets limits (N m)",
-        "joint j_s: has a velocity limit of -1 rad/s, must be more than 0 (so do j_u, j_f, j_w1, j_w2, j_w3)",
+        "joint j_s: has a velocity limit of -1 rad/s, must be more than 0 (as have j_u, j_f, j_w1, j_w2, j_w3)",
         "--velocity VALUE sets limits (rad/s)",
         "joint j_w3: has a damping of -2 N m s/rad, must be at least 0; --damping none",
         "link pad: has an inertia no solid can have",
@@ -77,13 +77,28 @@ def test_a_negative_mass_is_never_dropped(tmp_path: Path) -> None:
         assert "--mend-inertia" not in said
 
 
+@pytest.mark.parametrize("mass", ["-8", "-0.01"])
+def test_a_negative_mass_that_mujoco_drops_is_refused(tmp_path: Path, mass: str) -> None:
+    part = f'<body name="pad"><inertial pos="0 0 0" mass="{mass}" diaginertia="1e-4 1e-4 1e-4"/></body>'
+    path = write_bench(tmp_path, ('<site name="flange"', f'{part}<site name="flange"'), mjcf=True)
+    for options in (TIP, ImportOptions("flange", mend_inertia=True)):
+        said = refuse(read_arm, path, options)
+        assert f"link pad: has a mass of {mass} kg with moments of inertia, must have more than 0; it is part" in said
+
+
+def test_a_negative_moment_that_mujoco_drops_is_said(tmp_path: Path) -> None:
+    part = '<body name="pad"><inertial pos="0 0 0" mass="1" diaginertia="-1 1 1"/></body>'
+    path = write_bench(tmp_path, ('<site name="flange"', f'{part}<site name="flange"'), mjcf=True)
+    assert "link pad: has an inertia no solid can have (Ixx, Iyy, Izz -1, 1, 1 kg m^2)" in refuse(read_arm, path, TIP)
+
+
 def test_one_fault_of_many_links_is_named_once(tmp_path: Path) -> None:
     moments = [("0.012", "0.2"), ("0.055", "0.5"), ("0.0021", "0.3")]  # of s, f, w1 and w2
     path = write_bench(tmp_path, *[(f'="{old}"', f'="{new}"') for old, new in moments])
     said = refuse(read_arm, path, TIP)
     assert said.count("has an inertia no solid can have") == 1
     assert "link s: has an inertia no solid can have (Ixx, Iyy, Izz 0.011, 0.2, 0.008 kg m^2)" in said
-    assert "(with other numbers so do f, w1, w2)" in said
+    assert "(as have f, w1, w2, with other numbers)" in said
     arm, home = extract_arm(path, ImportOptions("flange", mend_inertia=True))
     assert sum("no solid can have" in each for each in list_warnings(arm, home)) == 1
 

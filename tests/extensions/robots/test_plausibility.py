@@ -128,3 +128,16 @@ def test_links_that_differ_from_their_twin_are_named(tmp_path: Path) -> None:
     other = ("</robot>", f"{pads}</robot>")
     found = list_implausible(read_arm(write_bench(tmp_path, other), TIP))
     assert found == ["link left_pad has 0.2 kg, but its twin right_pad has 0.3 kg"]
+
+
+def test_centre_of_mass_of_a_light_part_that_is_merged_is_checked_too(tmp_path: Path) -> None:
+    part = (
+        '<link name="cover"><inertial><origin xyz="{} 0 0"/><mass value="0.01"/><inertia ixx="2e-6" iyy="2e-6" '
+        'izz="2e-6" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j_cover" type="fixed"><parent link="f"/>'
+        '<child link="cover"/></joint></robot>'
+    )
+    for place, said in (("100", "cover 100 m; are they in millimetres?"), ("0.1", "")):
+        path = write_bench(tmp_path, ("</robot>", part.format(place)))
+        found = "; ".join(list_implausible(read_arm(path, TIP)))
+        assert bool(found) == bool(said)
+        assert said in found
