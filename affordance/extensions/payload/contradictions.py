@@ -65,6 +65,8 @@ def _compare_joints(
     directions = np.concatenate([robot.gravity_W[None] / length, _AXES])
     fits = [_fit(robot.with_gravity(length * each), thin, thin.signal, used) for each in directions]
     judged = _judge(fits[0])
+    if not judged.any():
+        return ()
     # A joint that one direction of gravity does not load may be loaded by another, so the joints that each candidate
     # loads are judged too.
     left = np.array([np.log(fit.left[_judge(fit) | judged]).mean() for fit in fits])

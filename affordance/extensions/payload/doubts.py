@@ -56,6 +56,8 @@ _LEAST_POSTURES = 12
 _LONGEST_STILL = 1.0
 # Range of angles above which a joint counts as moving, [rad]: an assumption.
 _LEAST_RANGE = 0.05
+# Relative range of signals below which those of postures are the same but for rounding.
+_SAME = 1e-9
 # Largest delay of velocities behind angles, [s]. A UR10e's controller delays them by 1 to 2 ms, a Panda's by 5 ms.
 _MOST_LATE = 0.02
 # Correlation time of the errors of an arm's model, [s]: 0.2 to 2 s for the UR10e and the Panda.
@@ -268,8 +270,11 @@ def check_sensors(run: Run) -> None:
     """Checks that the signals of all moving joints change.
 
     Raises:
-        BadValueError: The signal of a moving joint is constant.
+        BadValueError: The signal of a moving joint is constant, or all signals of postures are.
     """
+    if run.description.postures and np.ptp(run.signal, axis=0).max() <= _SAME * np.abs(run.signal).max():
+        problem = f"is the same in all {len(run.times)} postures, must change: turn joints that turn the hand about"
+        raise BadValueError(run.source, "signal", f"{problem} an axis that is not along gravity")
     moves, names = np.ptp(run.q, axis=0) > _LEAST_RANGE, run.description.joint_names
     if run.description.postures and run.description.kind is not SignalKind.WRENCH:
         moves = moves & (run.signal[0] != 0.0)  # a joint whose axis is along gravity feels nothing at rest

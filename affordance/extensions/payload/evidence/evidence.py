@@ -29,6 +29,7 @@ from affordance.plant.serial_chain import ChainDynamics, SerialChain
 _OFFSET, _OF_LOAD, _OF_WRENCH = 1.0, 4.0, 3.0
 # Weight of the mean variance of similar channels, as a number of postures added to a channel's own.
 _SHRINKAGE = 4.0
+_RESOLUTION = 2.0**-16  # least error relative to the signal: the step of a converter of 16 bits
 _LEVEL, _NORMAL = 0.95, 1.6448536  # upper end of a 90 % interval, as a quantile and in normal SDs
 
 
@@ -37,7 +38,7 @@ def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike
 
     A posture counts as one sample, because its error persists as long as it is held. Each channel's variance is
     shrunk towards the mean over channels with similar errors, and widened so that a normal error has the 90 %
-    interval of Student's t.
+    interval of Student's t. It is at least that of a sensor's resolution, which tables without noise would miss.
 
     Args:
         statistics: Sums over the postures.
@@ -53,7 +54,8 @@ def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike
         mean = squares[group].sum() / max(freedom.sum(), 1.0)
         sure = freedom + _SHRINKAGE
         widening = scipy.special.stdtrit(np.minimum(sure, max(freedom.sum(), 1.0)), _LEVEL) / _NORMAL
-        variance[group] = widening**2 * (squares[group] + _SHRINKAGE * mean) / sure
+        resolution = _RESOLUTION**2 * statistics.products[group, SIGNAL, SIGNAL].sum() / max(counts.sum(), 1.0)
+        variance[group] = np.maximum(widening**2 * (squares[group] + _SHRINKAGE * mean) / sure, resolution)
     result: Array = np.maximum(variance, np.finfo(float).tiny)
     return result
 

@@ -95,7 +95,7 @@ class JointStatistics:
     def sum_squares(self, w: Array) -> Array:
         """Computes the sum of squared residuals w^T z of each channel, (C,), from w of shape (C, 27)."""
         total: Array = np.einsum("ci,cij,cj->c", w, self.products, w)
-        return total
+        return np.maximum(total, 0.0)  # of residuals without errors only rounding is left
 
     def sum_block_squares(self, w: Array) -> Array:
         """Computes the sum of squared block sums of residuals, including the incomplete block, shape (C,)."""
