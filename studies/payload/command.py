@@ -11,14 +11,19 @@ from pathlib import Path
 from typing import Any
 
 from affordance.arguments import REPEATS, check_whole
+from affordance.arrays import Array
 from affordance.commands.arguments import add_jobs, add_out, add_repeats, add_seed
 from affordance.extensions.payload.settings import IdentificationSettings
+from studies.payload.at_rest import AT_REST, WRIST
 from studies.payload.clones import UR10E_LOAD, PandaData, Ur10eData, load_panda, load_ur10e
-from studies.payload.coverage import GROUPS, SHARES, CoverageConfig, run_load, tabulate
+from studies.payload.coverage import CHANGES, GROUPS, SHARES, CoverageConfig, run_changes, run_load, tabulate
 from studies.payload.errors import ARMS
 from studies.payload.panda import study_panda
 from studies.payload.ur10e import study_ur10e
 from studies.study import Findings, Study, Work, add_only, format_table, run_kept
+
+# Robots whose signals change in the loaded run alone, by the name of the case.
+_OF_CHANGES = {"panda_changes": "panda", "ur_changes": "ur"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--data", type=Path, metavar="DIR", help=what)
     what = "number of payloads for each length of window, with --data (default 200)"
     parser.add_argument("--injections", type=int, default=200, metavar="N", help=what)
-    add_only(parser, ARMS, "robots")
+    add_only(parser, (*ARMS, *AT_REST, *_OF_CHANGES), "robots or cases")
     add_seed(parser)
     add_jobs(parser)
     add_out(parser)
@@ -44,18 +49,21 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 def _simulate(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
     numbers: dict[str, Any] = {}
-    for arm in arguments.only or ARMS:
-        found = run_kept(
-            CoverageConfig(arm, arguments.seed),
-            run_load,
+    for name in arguments.only or (*ARMS, *AT_REST, *_OF_CHANGES):
+        run = run_kept(
+            CoverageConfig(_OF_CHANGES.get(name, name), arguments.seed),
+            run_changes if name in _OF_CHANGES else run_load,
             folder,
-            [ARMS[arm].robot],
+            [WRIST[0], *(errors.robot for errors in ARMS.values())],
             repeats=arguments.repeats,
             jobs=arguments.jobs,
-            description=f"payload: {arm}",
+            description=f"payload: {name}",
         )
-        numbers[arm] = tabulate(found)
-        _print_coverage(arm, numbers[arm])
+        if name in _OF_CHANGES:
+            numbers[name] = _print_changes(name, run["doubted"])
+        else:
+            numbers[name] = tabulate(run)
+            _print_coverage(name, numbers[name])
         yield Findings(numbers)
 
 
@@ -87,25 +95,34 @@ def _list_panda(name: str, found: Mapping[str, float]) -> list[str]:
     return [white, *shares, f"{found['rmse_mass_g']:.0f}", f"{found['median_sd_mass_g']:.0f}"]
 
 
-def _print_coverage(arm: str, table: dict[str, Any]) -> None:
+def _print_coverage(name: str, table: dict[str, Any]) -> None:
     """Prints coverage at 50, 80 and 90 % for each level of each factor; a star marks a significantly low coverage."""
-    print(f"{arm}: {table['loads']} loads, {table['refused']} refused, {table['doubted']} doubted")
+    print(f"{name}: {table['loads']} loads, {table['refused']} refused, {table['doubted']} doubted")
     rows = []
     for factor, levels in table["coverage"].items():
         for level, cells in levels.items():
-            shown = [" ".join(f"{c['share']:.2f}{'*' * c['is_low']}" for c in cells[name]) for name in GROUPS]
+            shown = [" ".join(f"{c['share']:.2f}{'*' * c['is_low']}" for c in cells[group]) for group in GROUPS]
             number = str(cells["mass"][0]["number"])
             rows.append(["all loads" if factor == "all" else f"{factor}: {level}", number, *shown])
-    _print_table([f"coverage at {', '.join(f'{s:g}' for s in SHARES)}", "loads", *GROUPS], rows)
-    header = ["root mean square error", "mass (g)", "centre of mass (mm)"]
+    of_all = name in AT_REST  # nothing moves in them, so that the other levels say little
     _print_table(
-        header,
-        [
-            [f"{level}, {name}", f"{each['mass_g']:.0f}", " ".join(f"{x:.1f}" for x in each["com_mm"])]
-            for level, of_level in table["rms"].items()
-            for name, each in of_level.items()
-        ],
+        [f"coverage at {', '.join(f'{s:g}' for s in SHARES)}", "loads", *GROUPS], rows[: 1 if of_all else None]
     )
+    rows = [
+        [f"{level}, {what}", f"{each['mass_g']:.0f}", " ".join(f"{x:.1f}" for x in each["com_mm"])]
+        for level, of_level in table["rms"].items()
+        for what, each in of_level.items()
+    ]
+    header = ["root mean square error", "mass (g)", "centre of mass (mm)"]
+    _print_table(header, rows[: 2 if of_all else None])
+
+
+def _print_changes(name: str, doubted: Array) -> dict[str, float]:
+    """Prints and returns the share of loads doubted for each change of the loaded run's signals, (loads, changes)."""
+    shares = {f"{change:g}": float(share) for change, share in zip(CHANGES, doubted.mean(axis=0), strict=True)}
+    rows = [[f"x {change}", f"{share:.2f}"] for change, share in shares.items()]
+    _print_table([f"{name}: signals of the loaded run", f"doubted, of {len(doubted)} loads"], rows)
+    return shares
 
 
 def _print_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,9 +12,9 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
-from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.posterior.payload_belief import COM, MASS, MOMENTS, describe_bodies
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS
+from studies.payload.at_rest import AT_REST
 from studies.payload.errors import ARMS
 from studies.payload.simulated import Recordings, simulate
 from studies.payload.solids import CLASSES
@@ -26,13 +27,15 @@ _LEVEL = 0.01
 # Edges of the levels of mass, [kg], duration, [s], and speed, [rad/s].
 _EDGES = {"mass": (0.5, 1.5), "length": (15.0, 30.0), "speed": (0.3, 0.55)}
 _NUM_SAMPLES = 16_000
+# Factors of the loaded run's signals, and words of the doubt that names such a change.
+CHANGES, _OF_CHANGE = (1.0, 1.02, 1.03, 1.05), "the gains of the two runs differ"
 
 
 @dataclass(frozen=True)
 class CoverageConfig:
     """Configuration of the loads of one robot."""
 
-    arm: str  # name in ARMS
+    arm: str  # name in ARMS or AT_REST
     seed: int = 0  # root of every random draw
 
 
@@ -62,10 +65,11 @@ def run_load(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
         of ``describe_bodies``, (10,) each; ``factors``; ``trusted``, 1 if there are no doubts; ``doubts`` in words;
         ``seconds`` of CPU. Results are NaN if the recording was refused.
     """
-    rng = np.random.default_rng((config.seed, sorted(ARMS).index(config.arm), repeat))
+    rng = np.random.default_rng((config.seed, [*ARMS, *AT_REST].index(config.arm), repeat))
     names = tuple(CLASSES)
     number = repeat % len(names)
-    drawn = simulate(ARMS[config.arm], names[number], rng)
+    draw = AT_REST.get(config.arm) or partial(simulate, ARMS[config.arm])
+    drawn = draw(names[number], rng)
     factors = drawn.factors
     known = np.array([number, factors.paired, factors.mass, factors.length, factors.speed, factors.cable])
     return {"factors": known, **_identify(drawn, repeat)}
@@ -76,13 +80,7 @@ def _identify(drawn: Recordings, seed: int) -> dict[str, NDArray[Any]]:
     truth = describe_bodies(drawn.truth[None])[0]
     start = time.process_time()
     try:
-        belief = identify(
-            drawn.robot,
-            Runs(drawn.loaded, (drawn.empty,)),
-            paired=drawn.factors.paired,
-            gains=drawn.gains,
-            settings=settings,
-        )
+        belief = drawn.identify(settings)
     except AffordanceError as error:
         nothing = np.full(10, np.nan)
         return {
@@ -103,6 +101,24 @@ def _identify(drawn: Recordings, seed: int) -> dict[str, NDArray[Any]]:
         "seconds": np.array(seconds),
         "doubts": np.array(" | ".join(belief.doubts)[:400]),
     }
+
+
+def run_changes(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Simulates and identifies one load whose signals change by each of ``CHANGES`` in the loaded run alone.
+
+    Returns:
+        ``doubted``, 1 where a change of gains is a reason for doubt, shape (len(CHANGES),).
+    """
+    names = tuple(CLASSES)
+    rng = np.random.default_rng((config.seed, len(ARMS) + len(AT_REST), repeat))
+    drawn = simulate(ARMS[config.arm], names[repeat % len(names)], rng, share_paired=1.0)
+    settings = replace(DEFAULT_SETTINGS, num_samples=1000, seed=repeat)
+    doubted = []
+    for change in CHANGES:
+        loaded = replace(drawn.loaded, signal=change * drawn.loaded.signal)
+        doubts = drawn._replace(loaded=loaded).identify(settings).doubts
+        doubted.append(any(_OF_CHANGE in each for each in doubts))
+    return {"doubted": np.array(doubted, dtype=float)}
 
 
 def tabulate(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ models had been seen: gains of currents had differed by 1.5 % between the two ru
 of warming up. This number is now the drift between sessions, and both tables were computed again.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from affordance.extensions.payload.settings import SignalKind
@@ -117,4 +117,11 @@ UR_LIKE = ArmErrors(
     agreement=(0.15, 0.5),
     masses=(0.2, 6.0),
 )
-ARMS = {"panda": PANDA, "ur": UR_LIKE}
+
+
+def _scale(errors: ArmErrors, factor: float) -> ArmErrors:
+    """Multiplies the offset and the noise of a signal."""
+    return replace(errors, offset=factor * errors.offset, noise=tuple(factor * each for each in errors.noise))
+
+
+ARMS = {"panda": PANDA, "ur": UR_LIKE, "ur_half": _scale(UR_LIKE, 0.5), "ur_twice": _scale(UR_LIKE, 2.0)}

@@ -13,9 +13,11 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.extensions.payload.evidence.gains import Gains
 from affordance.extensions.payload.evidence.paired_runs import pair_runs
+from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.posterior.calibration import calibrate_gains
+from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.run import Run, RunDescription
-from affordance.extensions.payload.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.extensions.robots.recorded_arm import load_robot
 from affordance.plant.serial_chain import SerialChain
 from studies.payload.errors import (
@@ -67,11 +69,16 @@ class Recordings(NamedTuple):
     """Recordings of one load."""
 
     robot: SerialChain  # arm according to its file
-    empty: Run
+    empty: Run | None
     loaded: Run
-    gains: Gains | None  # gains estimated before with a weighed load; None for torque sensors
+    gains: Gains | None  # gains estimated before with a weighed load; None for sensors of torque
     truth: Array  # true inertial parameters at the tip, shape (10,)
     factors: Factors
+
+    def identify(self, settings: IdentificationSettings) -> PayloadBelief:
+        """Identifies the load."""
+        runs = Runs(self.loaded, () if self.empty is None else (self.empty,))
+        return identify(self.robot, runs, paired=self.factors.paired, gains=self.gains, settings=settings)
 
 
 @dataclass(frozen=True)
@@ -224,11 +231,18 @@ class Motion:
         return phase, np.minimum(up[1], down[1]), up[2] - down[2]
 
 
-def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator) -> Recordings:
-    """Simulates the recordings of one load from a class of solids, with random factors."""
+def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator, share_paired: float = PAIRED) -> Recordings:
+    """Simulates the recordings of one load from a class of solids, with random factors.
+
+    Args:
+        errors: Sizes of the arm's errors.
+        solid: Class of solids, of ``CLASSES``.
+        rng: Random generator.
+        share_paired: Probability that the loaded run repeats the empty one.
+    """
     robot = load_robot(errors.robot, errors.tip)
     mass, length, speed = (_draw_log_uniform(rng, bounds) for bounds in (errors.masses, LENGTHS, SPEEDS))
-    paired = bool(rng.random() < PAIRED)
+    paired = bool(rng.random() < share_paired)
     cable = float(abs(CABLE_MASS * rng.standard_normal())) if rng.random() < CABLE_SHARE else 0.0
     payload = CLASSES[solid](rng)
     payload *= mass / payload[0]

@@ -19,7 +19,7 @@ from affordance.files.model_folder import list_studies
         ("study people --count 2", "--count: is 2, must be at least 3"),
         ("study people --repeats 1", "--repeats: is 1, must be at least 2"),
         ("study payload --repeats 0", "--repeats: is 0, must be from 1 to 100000"),
-        ("study payload --only pandas", "--only: is 'pandas', must be one of panda, ur"),
+        ("study payload --only pandas", "--only: is 'pandas', must be one of panda, ur, ur_half, ur_twice, "),
         ("study payload --jobs -2", "--jobs: is -2, must be from 1 to "),
         ("study payload --seed -1", "--seed: is -1, must be from 0 to 4294967295"),
         ("study people --set prior.mode=-7", "settings: prior.mode: is -7, must be from 0 to 25000"),

@@ -10,10 +10,11 @@ from affordance.arrays import Array
 from affordance.extensions.payload.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.extensions.payload.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.extensions.payload.posterior.log_cholesky import parameters_from_theta
-from affordance.extensions.payload.recording.run import Run, RunDescription, resample
+from affordance.extensions.payload.recording.run import Run, RunDescription
 from affordance.extensions.payload.settings import SignalKind
 from affordance.extensions.robots.recorded_arm import load_robot
 from affordance.plant.serial_chain import SerialChain
+from studies.payload.at_rest import draw_errors
 
 # Shoulder, elbow and wrist of an arm of a metre: place and axis of each joint, mass and centre of each link.
 _JOINTS = (
@@ -107,30 +108,6 @@ def generate_run(
     return Run(source, description, times + start, q, truth.gain * torque, v=v)
 
 
-# Turns of joints 1, 4 and 6 from one posture, [rad], and SDs of a wrist sensor's errors, which agree over half a
-# minute, with its offsets, [N] and [N m].
-_TURNS = np.array(
-    [[-0.25, 0, 0.4], [0.2, 0.15, 0.4], [0.25, -0.1, 0.4], [-0.2, -0.1, -0.6], [0.1, 0.15, -0.5], [0, 0.19, -0.25]]
-)
-_SLOW_ERRORS, _OFFSETS = [0.06, 0.15, 0.12, 8e-3, 3e-3, 3e-4], [-3.0, -4.7, -16.9, 1e-3, -0.058, 9e-3]
-
-
-def generate_slow_wrench(robot: SerialChain, payload: Array, rng: np.random.Generator, late: float = 0.0) -> Run:
-    """Generates a wrist sensor's run that turns a load slowly between six held postures.
-
-    Forces and moments are late by a time, [s].
-    """
-    home, turned, times = np.array([3.14, 0.0, 0.0, 0.79, 0.0, 3.14]), [0, 3, 5], np.arange(0.0, 174.0, 0.1)
-    q = np.tile(home, (len(times), 1))
-    for number, turn in enumerate(_TURNS):
-        share = np.interp(times - 29.0 * number, [0.0, 9.0, 24.0, 29.0], [0.0, 1.0, 1.0, 0.0], left=0.0, right=0.0)
-        q[:, turned] += (share**2 * (3.0 - 2.0 * share))[:, None] * turn
-    rest = np.zeros_like(q)
-    wrench = (robot.compute_wrench_regressors(q, rest, rest) @ payload)[:, [3, 4, 5, 0, 1, 2]]
-    signal = resample(times - late, times, wrench) + _OFFSETS + _SLOW_ERRORS * draw_errors(times, 6, 30.0, rng)
-    return Run("slow", RunDescription(robot.joint_names, SignalKind.WRENCH), times, q, signal)
-
-
 def generate_pair(
     robot: SerialChain, rng: np.random.Generator, truth: Truth, payload: Array = PAYLOAD, **more: Any
 ) -> tuple[Run, Run]:
@@ -163,19 +140,6 @@ def build_likelihood(Y: Array, signal: Array, variance: float, gain_sd: float = 
     no_friction = np.zeros((num, 3))
     prior = ChannelPrior(np.tile([1.0, 0.0], (num, 1)), covariance, no_friction, no_friction)
     return PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(num, variance))
-
-
-def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.random.Generator) -> Array:
-    """Errors of unit variance that agree over a time, [s] (first-order autoregression), shape (N, num_channels)."""
-    step = times[1] - times[0]
-    # The integrated autocorrelation time, (1 + a) / (1 - a) samples, is that time.
-    a = max(0.0, (agreement / step - 1.0) / (agreement / step + 1.0))
-    white = rng.standard_normal((len(times), num_channels))
-    errors = np.empty_like(white)
-    errors[0] = white[0]
-    for k in range(1, len(times)):
-        errors[k] = a * errors[k - 1] + np.sqrt(1.0 - a * a) * white[k]
-    return errors
 
 
 def rename(run: Run, **changes: object) -> Run:

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run, generate_slow_wrench
-from helpers.held_postures import draw_postures, generate_torques, generate_wrench
+from helpers.generated_runs import PAYLOAD, Truth, generate_run
 from scipy.spatial.transform import Rotation
 
 from affordance.extensions.payload.contradictions import describe_direction, find_contradictions
@@ -14,6 +13,7 @@ from affordance.extensions.payload.evidence.wrist_sensor import compute_force_re
 from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.recording.run import Run, RunDescription, resample
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
+from studies.payload.at_rest import draw_postures, generate_slow_wrench, generate_torques, generate_wrench
 
 _FAST = IdentificationSettings(num_samples=500)
 _TRUTH = Truth(noise_sd=0.1, friction=(1.0, 0.5, 0.2), load_friction=0.03, file_error=0.1)
@@ -94,7 +94,7 @@ def _hold(robot, signal, q, kind=SignalKind.WRENCH):
 
 
 def test_a_wrist_sensor_s_sign_and_mounting_are_found_in_held_postures(robot, rng):
-    q = draw_postures(20, rng)
+    q = draw_postures(20, 6, rng)
     wrench = generate_wrench(robot, q, PAYLOAD, rng)
     assert _say(robot, _hold(robot, wrench, q)) == []
     assert "opposite sign: 'force_on'" in _say(robot, _hold(robot, -wrench, q))[0]
@@ -104,7 +104,7 @@ def test_a_wrist_sensor_s_sign_and_mounting_are_found_in_held_postures(robot, rn
 
 
 def test_the_sign_of_a_joint_is_found_in_held_postures(robot, rng):
-    q = draw_postures(20, rng)
+    q = draw_postures(20, 6, rng)
     (signal,) = generate_torques(robot, q, (0.0 * PAYLOAD,), rng)
     assert _say(robot, _hold(robot, signal, q, SignalKind.JOINT_TORQUE)) == []
     turned = signal * [1.0, 1.0, -1.0, 1.0, 1.0, 1.0]
@@ -131,9 +131,9 @@ def test_directions_are_named(direction, name):
 
 
 def test_forces_a_second_late_and_a_wrench_along_the_axes_of_the_base_are_named(robot, rng):
-    runs = [generate_slow_wrench(robot, PAYLOAD, rng, late) for late in (0.0, 1.0)]
-    assert find_contradictions(robot, runs[0], DEFAULT_SETTINGS) == ()
-    (sentence,) = find_contradictions(robot, runs[1], DEFAULT_SETTINGS)
+    runs = [generate_slow_wrench(PAYLOAD, rng, late) for late in (0.0, 1.0)]
+    assert find_contradictions(*runs[0], DEFAULT_SETTINGS) == ()
+    (sentence,) = find_contradictions(*runs[1], DEFAULT_SETTINGS)
     (late,) = re.findall(r"the forces are about (\S+) s late", sentence)
     assert float(late) == pytest.approx(1.0, abs=0.1)
     run = generate_run(robot, PAYLOAD, truth=Truth(), rng=rng, kind=SignalKind.WRENCH, speed=0.2)
@@ -146,7 +146,7 @@ def test_forces_a_second_late_and_a_wrench_along_the_axes_of_the_base_are_named(
 
 def test_a_wrench_along_the_axes_of_the_base_is_turned_if_its_description_says_so(robot, rng):
     """Of held postures and a motion the mass and the centre are then right; without the key they are doubted."""
-    q = draw_postures(30, rng)
+    q = draw_postures(30, 6, rng)
     held = _hold(robot, generate_wrench(robot, q, PAYLOAD, rng), q)
     moved = generate_run(robot, PAYLOAD, truth=Truth(), rng=rng, kind=SignalKind.WRENCH)
     for run in (held, moved):

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.generated_runs import PAYLOAD
-from helpers.held_postures import draw_postures, generate_torques, generate_wrench
 from helpers.refusals import refuse
 
 from affordance.commands.payload.identify import write_belief
@@ -14,21 +13,17 @@ from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.payload_figures import draw_fit
 from affordance.extensions.payload.recording.run import Run, RunDescription
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
+from studies.payload.at_rest import draw_postures, generate_torques, generate_wrench, hold
 
 _FAST = IdentificationSettings(num_samples=1000)
 _TRUTH = np.array([PAYLOAD[0], *(PAYLOAD[1:4] / PAYLOAD[0])])
 
 
-def _hold(robot, q, signal, kind=SignalKind.WRENCH, name="held"):
-    description = RunDescription(robot.joint_names, kind, postures=True)
-    return Run(name, description, 0.5 * np.arange(len(q)), q, signal)
-
-
 def _hold_pair(robot, rng, num):
-    q = draw_postures(num, rng)
+    q = draw_postures(num, 6, rng)
     empty, loaded = generate_torques(robot, q, (0.0 * PAYLOAD, PAYLOAD), rng)
     kind = SignalKind.JOINT_TORQUE
-    return Runs(_hold(robot, q, loaded, kind), (_hold(robot, q, empty, kind, "empty"),))
+    return Runs(hold(robot, q, loaded, kind), (hold(robot, q, empty, kind, "empty"),))
 
 
 @pytest.mark.parametrize("num", [4, 12])
@@ -39,8 +34,8 @@ def test_four_postures_determine_mass_and_centre_of_mass(robot, num, sensor):
     for seed in range(20):
         rng = np.random.default_rng(seed)
         if sensor == "wrist":
-            q = draw_postures(num, rng)
-            runs = Runs(_hold(robot, q, generate_wrench(robot, q, PAYLOAD, rng)))
+            q = draw_postures(num, 6, rng)
+            runs = Runs(hold(robot, q, generate_wrench(robot, q, PAYLOAD, rng), SignalKind.WRENCH))
         else:
             runs = _hold_pair(robot, rng, num)
         belief = identify(robot, runs, settings=_FAST)
@@ -54,10 +49,12 @@ def test_four_postures_determine_mass_and_centre_of_mass(robot, num, sensor):
 def test_axes_of_a_wrist_sensor_that_disagree_widen_the_interval_or_are_doubted(robot):
     """By 3 % the interval is wider and holds the mass; by 12 % the axes are named, with the mass that each shows."""
     rng = np.random.default_rng(0)
-    q = draw_postures(30, rng)
+    q = draw_postures(30, 6, rng)
     wrench = generate_wrench(robot, q, PAYLOAD, rng)
     usual, apart, wrong = (
-        identify(robot, Runs(_hold(robot, q, wrench * np.array([*gains, 1.0, 1.0, 1.0]))), settings=_FAST)
+        identify(
+            robot, Runs(hold(robot, q, wrench * np.array([*gains, 1.0, 1.0, 1.0]), SignalKind.WRENCH)), settings=_FAST
+        )
         for gains in ((1.0, 1.0, 1.0), (0.97, 1.0, 1.04), (1.0, 1.0, 1.12))
     )
     assert usual.doubts == apart.doubts == ()
@@ -78,6 +75,29 @@ def test_times_of_postures_have_no_meaning(robot, rng, paired):
         later = Runs(replace(runs.loaded, times=times), (replace(runs.empty[0], times=times),))
         masses.append(identify(robot, later, paired=paired, settings=_FAST).mass)
     assert masses[1:] == masses[:1] * 2
+
+
+@pytest.mark.parametrize("paired", [True, False])
+def test_postures_of_a_table_without_noise_show_the_load(robot, paired):
+    """Its errors count as the step of a converter of 16 bits; with none at all no equation had a solution."""
+    q = draw_postures(20, 6, np.random.default_rng(1))
+    rest, links = np.zeros_like(q), robot.link_parameters.ravel()
+    empty = robot.compute_link_regressors(q, rest, rest) @ links
+    loaded = empty + robot.compute_payload_regressors(q, rest, rest) @ PAYLOAD
+    kind = SignalKind.JOINT_TORQUE
+    runs = Runs(hold(robot, q, loaded, kind), (hold(robot, q, empty, kind, "empty"),) if paired else ())
+    belief = identify(robot, runs, settings=_FAST)
+    assert abs(belief.mass - PAYLOAD[0]) < 3.0 * belief.mass_sd
+
+
+def test_postures_in_which_nothing_changes_are_refused(robot):
+    """Turned about the vertical alone, an exact arm feels the same in all postures; other joints are asked for."""
+    q = np.tile([0.0, 0.3, -0.2, 0.4, 0.2, 0.1], (20, 1))
+    q[:, 0] = np.linspace(-1.5, 1.5, 20)
+    rest = np.zeros_like(q)
+    signal = robot.compute_payload_regressors(q, rest, rest) @ PAYLOAD
+    said = refuse(identify, robot, Runs(hold(robot, q, signal, SignalKind.JOINT_TORQUE)))
+    assert "signal: is the same in all 20 postures, must change: turn joints that turn the hand about" in said
 
 
 def test_too_few_postures_for_a_fitted_arm_are_refused(robot, rng):
@@ -112,7 +132,7 @@ def test_a_direction_along_gravity_in_all_postures_is_named_and_a_posture_advise
     q[:, 0] = np.linspace(-1.5, 1.5, 8)
     empty, loaded = generate_torques(robot, q, (0.0 * PAYLOAD, PAYLOAD), rng)
     kind = SignalKind.JOINT_TORQUE
-    runs = Runs(_hold(robot, q, loaded, kind), (_hold(robot, q, empty, kind, "empty"),))
+    runs = Runs(hold(robot, q, loaded, kind), (hold(robot, q, empty, kind, "empty"),))
     belief = identify(robot, runs, settings=_FAST)
     vertical = robot.compute_motion(q, 0.0 * q, 0.0 * q).R_WT[0].T @ [0.0, 0.0, 1.0]
     direction = belief.hidden_direction

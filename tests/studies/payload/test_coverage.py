@@ -2,14 +2,17 @@
 
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
+from helpers.study_runs import run_study
 from numpy.testing import assert_allclose
 
-from studies.payload.coverage import Cell, CoverageConfig, run_load, tabulate
+from studies.payload.command import STUDY
+from studies.payload.coverage import Cell, CoverageConfig, run_changes, run_load, tabulate
 from studies.payload.errors import ARMS
 from studies.payload.simulated import Motion, simulate
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", ["panda", "ur"])
 def test_a_motion_starts_and_ends_at_rest_and_its_rates_are_its_own(arm):
     errors = ARMS[arm]
     robot = simulate(errors, "box", np.random.default_rng(1)).robot
@@ -28,6 +31,29 @@ def test_a_load_that_is_heavier_by_the_truth_is_felt():
     found = run_load(CoverageConfig("panda"), 4)
     assert abs(found["mean"][0] - found["truth"][0]) < 5.0 * found["sd"][0]
     assert 0.0 < found["place"][0] < 1.0
+
+
+@pytest.mark.parametrize(("case", "num"), [("slow_wrist", 12), ("wrist_1", 12), ("held_joints", 8)])
+def test_intervals_of_sensors_at_rest_hold_the_truth(case, num):
+    """The 90 % intervals hold at least three quarters of the masses, and of the centres coordinate by coordinate."""
+    places = np.array([run_load(CoverageConfig(case), repeat)["place"][:4] for repeat in range(num)])
+    assert (np.abs(places - 0.5) <= 0.45).sum(axis=0).min() >= 0.75 * num
+
+
+def test_a_gain_that_changed_in_the_loaded_run_alone_is_found():
+    """Nothing is found in two pairs of runs without a change; a change of 5 % is found in one at least."""
+    doubted = np.array([run_changes(CoverageConfig("panda"), repeat)["doubted"] for repeat in range(2)])
+    assert not doubted[:, 0].any()
+    assert doubted[:, -1].any()
+
+
+def test_cases_are_run_by_their_names_and_printed(tmp_path, capsys):
+    run_study(STUDY, "--only", "slow_wrist", "panda_changes", "--repeats", 1, "--jobs", 1, "--out", tmp_path)
+    numbers, printed = read_numbers(tmp_path / "payload"), capsys.readouterr().out
+    assert numbers["slow_wrist"]["loads"] == 1
+    assert set(numbers["panda_changes"]) == {"1", "1.02", "1.03", "1.05"}
+    assert "slow_wrist: 1 loads, 0 refused" in printed
+    assert "| x 1.05 | " in printed
 
 
 def test_coverage_is_counted_by_level_and_called_low_only_where_it_is():

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from helpers.generated_runs import draw_errors
 from scipy.stats import t
 
 from affordance.extensions.payload.evidence.evidence import ErrorModel, estimate_variance_at_rest
 from affordance.extensions.payload.evidence.joint_statistics import SIGNAL, ChannelSamples, compute_statistics
+from studies.payload.at_rest import draw_errors
 
 _WEIGHTS = np.tile(np.eye(27)[SIGNAL], (6, 1))
 

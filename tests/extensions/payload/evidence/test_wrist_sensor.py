@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run, generate_slow_wrench
-from helpers.held_postures import draw_postures, generate_wrench
+from helpers.generated_runs import PAYLOAD, Truth, generate_run
 
 from affordance.extensions.payload.evidence.gains import build_nominal_gains
 from affordance.extensions.payload.evidence.wrist_sensor import (
@@ -12,11 +11,10 @@ from affordance.extensions.payload.evidence.wrist_sensor import (
 from affordance.extensions.payload.identify import Runs, identify
 from affordance.extensions.payload.recording.run import WRENCH_COLUMNS, Run, RunDescription
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
+from studies.payload.at_rest import SYMMETRIC, draw_postures, generate_slow_wrench, generate_wrench
 
 _GRIPPER = 0.7 * PAYLOAD
 _FAST = IdentificationSettings(num_samples=1000)
-# A tool of 1.2 kg that is nearly symmetric about z: its centre is half a millimetre off the axis.
-_SYMMETRIC = np.array([1.155, -6e-4, 3.5e-4, 0.055, 4e-3, 4e-3, 1e-3, 0.0, 0.0, 0.0])
 
 
 def test_a_tare_takes_the_gripper_and_the_offset_off(robot):
@@ -36,7 +34,7 @@ def test_a_tare_takes_the_gripper_and_the_offset_off(robot):
 
 
 def _hold(robot, rng, tilt_deg, num=12):
-    q = draw_postures(num, rng)
+    q = draw_postures(num, 6, rng)
     signal = generate_wrench(robot, q, PAYLOAD, rng, tilt_deg)
     description = RunDescription(robot.joint_names, SignalKind.WRENCH, postures=True)
     return Run("held", description, 0.5 * np.arange(num), q, signal)
@@ -61,21 +59,9 @@ def test_errors_of_the_load_are_those_that_another_tilt_would_make(robot, rng):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_centre_of_a_nearly_symmetric_tool_is_found_in_a_slow_narrow_motion(robot, seed):
+def test_the_centre_of_a_nearly_symmetric_tool_is_found_in_a_slow_narrow_motion(seed):
     """Its moment about the axis is so small that a gain of zero explains it; that fit puts the centre 5 cm off."""
-    belief = identify(
-        robot, Runs(generate_slow_wrench(robot, _SYMMETRIC, np.random.default_rng(seed))), settings=_FAST
-    )
-    assert np.abs(belief.marginals.mean[1:4] - _SYMMETRIC[1:4] / _SYMMETRIC[0]).max() < 0.003
+    wrist, run = generate_slow_wrench(SYMMETRIC, np.random.default_rng(seed))
+    belief = identify(wrist, Runs(run), settings=_FAST)
+    assert np.abs(belief.marginals.mean[1:4] - SYMMETRIC[1:4] / SYMMETRIC[0]).max() < 0.003
     assert np.abs(belief.gains[:, 0] - 1.0).max() < 0.05
-
-
-def test_intervals_of_a_sensor_that_drifts_over_many_seconds_hold_the_truth(robot):
-    """Of twelve slow runs the 90 % intervals hold at least nine masses, and centres coordinate by coordinate."""
-    truth = np.array([_SYMMETRIC[0], *(_SYMMETRIC[1:4] / _SYMMETRIC[0])])
-    inside = []
-    for seed in range(12):
-        run = generate_slow_wrench(robot, _SYMMETRIC, np.random.default_rng(seed))
-        m = identify(robot, Runs(run), settings=_FAST).marginals
-        inside.append((m.low90[:4] <= truth) & (m.high90[:4] >= truth))
-    assert np.sum(inside, axis=0).min() >= 9

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, THETA, draw_errors
+from helpers.generated_runs import PAYLOAD, THETA
 
 from affordance.extensions.payload.evidence.model_error import build_phantom_covariance
 from affordance.extensions.payload.excitation.planned_motion import FourierFamily, list_times
@@ -12,6 +12,7 @@ from affordance.extensions.payload.posterior.log_cholesky import compute_jacobia
 from affordance.extensions.payload.posterior.payload_fit import build_channel_prior, fit_payload
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.settings import PRIORS, SignalKind, SignalPrior
+from studies.payload.at_rest import draw_errors
 
 
 @pytest.fixture

@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.held_postures import draw_postures, write_table
+from helpers.held_postures import write_table
 from helpers.refusals import refuse
 from numpy.testing import assert_allclose
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from affordance.extensions.payload.recording.run_file import read_run
 from affordance.extensions.payload.settings import SignalKind
+from studies.payload.at_rest import draw_postures
 
 _NUM, _TIMES = 40, np.arange(40) * 0.01
 _Q = 0.3 * np.column_stack([np.sin(_TIMES), np.cos(_TIMES)])
@@ -19,7 +20,7 @@ _V = 0.3 * np.column_stack([np.cos(_TIMES), -np.sin(_TIMES)])
 _HEADER = "time,q_1,q_2,tau_1,tau_2"
 _TAU = np.column_stack([5.0 + _TIMES, -3.0 * _TIMES])
 _PARTS = "joints: [a, b]\nsignal: joint_torque\n"
-_HELD = draw_postures(6, np.random.default_rng(0))
+_HELD = draw_postures(6, 6, np.random.default_rng(0))
 _FELT = np.random.default_rng(1).standard_normal((6, 6))
 
 
