@@ -28,7 +28,6 @@ from affordance.extensions.payload.posterior.calibration import (
 from affordance.extensions.payload.posterior.inference import infer
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
-from affordance.extensions.payload.posterior.payload_fit import widen_by_axes
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.recording.joint_rates import ANGLE_SLACK
 from affordance.extensions.payload.recording.preparation import prepare
@@ -137,7 +136,7 @@ def identify(
             solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
         belief = infer(
             evidence,
-            widen_by_axes(evidence, before, settings),
+            before,
             solid=solid,
             placed=None if seen is None else seen.place(description.object_pose),
             deviation=deviation,

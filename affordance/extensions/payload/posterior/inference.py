@@ -13,7 +13,8 @@ from affordance.extensions.payload.posterior.payload_fit import (
     add_friction_error,
     build_channel_prior,
     fit_payload,
-    vary_errors,
+    spread_gains,
+    vary_unknowns,
 )
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
@@ -52,10 +53,15 @@ def infer(
     felt = solid.with_common_factor(gains.common_sd)
     evidence = add_friction_error(evidence, gains, felt, settings)
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
+    spreads = spread_gains(fit)
+    middle = 1.0 / float(np.mean(1.0 / spreads))
+    if evidence.kind is SignalKind.WRENCH:
+        gains = replace(gains, covariance=middle * gains.covariance)
+        fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
-    if not evidence.is_at_rest:  # errors at rest are already widened by Student's t
-        bodies = spread_bodies(bodies, vary_errors(fit, settings), felt, fit.mode, rng)
+    if evidence.kind is SignalKind.WRENCH or not evidence.is_at_rest:
+        bodies = spread_bodies(bodies, vary_unknowns(fit, spreads / middle, settings), felt, fit.mode, rng)
     bodies = bodies._replace(pi=solid.remove_common_factor(bodies.pi, gains.common_sd, rng))
     after, _ = fit.likelihood.estimate_gains(fit.mode.load)
     counts = np.maximum(fit.statistics.counts, 1.0)

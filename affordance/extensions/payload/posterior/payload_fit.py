@@ -25,13 +25,14 @@ from affordance.extensions.payload.posterior.log_cholesky import compute_jacobia
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
 from affordance.extensions.payload.settings import IdentificationSettings, SignalKind
 
-# Number of draws of the error variances over which a posterior is averaged.
+# Number of draws of the error variances over which a posterior is averaged, and their places among all.
 _NUM_VARIANTS = 8
+_MIDDLES = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
 _MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
 # Tolerances of a relative change of a variance, and of a change of the body in squared standard deviations.
 _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
-# Candidates for the ratio of a wrist sensor's errors of gains to the stated ones, even in the logarithm.
-_FACTORS = np.geomspace(0.05, 50.0, 100)
+# Candidates for the variance of a wrist sensor's gains relative to the stated one, even in the logarithm.
+_SPREADS = np.geomspace(0.0025, 2500.0, 400)
 # Least gain of the log probability for which the second of two starts is used; results of one optimum differ by less.
 _CLEARLY = 1.0
 # Relative SD of a gain's change that leaves the estimate to the data, and finite-difference step of that estimate's
@@ -127,44 +128,54 @@ def measure_axes(fit: PayloadFit) -> tuple[Array, Array]:
     return (about * samples.signal[:, :3]).sum(axis=0) / squares, np.sqrt(fit.long_run_variance[:3] / squares)
 
 
-def widen_by_axes(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> Gains:
-    """Widens a wrist sensor's gains to as much as its axes disagree about the weight of the load.
+def spread_gains(fit: PayloadFit) -> Array:
+    """Infers how wide a wrist sensor's gains spread from how much its axes disagree about the weight of the load.
 
-    The variance s^2 of a gain about what is common to all has a scaled inverse chi-squared prior, in which the stated
-    variance weighs as much as one gain. Scales of forces are normal about their mean with variance s^2 plus that of
-    their errors. The posterior mean of 1 / s^2 is used, but no gain is taken for better known than stated.
+    The variance of a gain about what is common to all has a scaled inverse chi-squared prior, in which the stated
+    variance weighs as much as one gain. Scales of forces are normal about their mean with that variance plus that of
+    their errors. Three axes show the variance poorly: the posterior of the load is averaged over it.
+
+    Args:
+        fit: Fit with the stated gains.
+
+    Returns: Quantiles of the variance relative to the stated one, all equally probable, shape (_NUM_VARIANTS,); ones
+        without a wrist sensor.
     """
-    if evidence.kind is not SignalKind.WRENCH:
-        return gains
-    solid = SolidPrior.for_hand().with_common_factor(gains.common_sd)
-    scale, error = measure_axes(
-        fit_payload(evidence, build_channel_prior(evidence, gains, settings), solid, settings)
-    )
-    stated = gains.covariance[:3, 0, 0].mean()
-    variance = stated * _FACTORS**2
-    of_each = variance[:, None] + error**2
+    if fit.evidence.kind is not SignalKind.WRENCH:
+        return np.ones(_NUM_VARIANTS)
+    scale, error = measure_axes(fit)
+    of_each = _SPREADS[:, None] * fit.likelihood.prior.gain_covariance[:3, 0, 0].mean() + error**2
     mean = (scale / of_each).sum(axis=1) / (1.0 / of_each).sum(axis=1)
-    log_density = -0.5 * (np.log(of_each) + (scale - mean[:, None]) ** 2 / of_each).sum(axis=1)
-    log_density -= 0.5 * (np.log((1.0 / of_each).sum(axis=1)) + np.log(variance) + stated / variance)
-    weights = np.exp(log_density - log_density.max())
-    factor = max(1.0, float(weights.sum() / (weights @ _FACTORS**-2.0)))
-    return replace(gains, covariance=factor * gains.covariance)
+    log_density = np.log(of_each).sum(axis=1) + ((scale - mean[:, None]) ** 2 / of_each).sum(axis=1)
+    log_density += np.log((1.0 / of_each).sum(axis=1)) + np.log(_SPREADS) + 1.0 / _SPREADS
+    below = np.cumsum(np.exp(-0.5 * (log_density - log_density.min())))
+    quantiles: Array = np.exp(np.interp(_MIDDLES, below / below[-1], np.log(_SPREADS)))
+    return quantiles
 
 
-def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[PayloadLikelihood]:
-    """Builds likelihoods with error variances drawn from their uncertainty after the run.
+def vary_unknowns(fit: PayloadFit, spreads: Array, settings: IdentificationSettings) -> list[PayloadLikelihood]:
+    """Builds likelihoods with error variances, and variances of gains, drawn from their uncertainty after the run.
 
     A variance that was estimated from n errors is its estimate times n over a chi-squared variable with n degrees of
     freedom. Each channel takes each quantile of it once, in a random order of its own (a Latin hypercube). Fewer than
-    one error counts as one, because quantiles would be unbounded.
+    one error counts as one, because quantiles would be unbounded. At rest Student's t widens these errors elsewhere.
+
+    Args:
+        fit: Fit of the run.
+        spreads: Factors of the covariances of gains, one for each likelihood, shape (_NUM_VARIANTS,).
+        settings: Settings of identification.
     """
     freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics, fit.weights), 1.0)
-    middles = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
-    rng = np.random.default_rng(0)
-    quantiles = np.array([rng.permutation(chdtri(each, middles)) for each in freedom])
-    factors = freedom[:, None] / quantiles
+    rng, prior = np.random.default_rng(0), fit.likelihood.prior
+    quantiles = np.array([rng.permutation(chdtri(each, _MIDDLES)) for each in freedom])
+    factors = np.ones_like(quantiles) if fit.evidence.is_at_rest else freedom[:, None] / quantiles
     return [
-        PayloadLikelihood(fit.statistics, fit.likelihood.prior, fit.long_run_variance * each) for each in factors.T
+        PayloadLikelihood(
+            fit.statistics,
+            replace(prior, gain_covariance=spread * prior.gain_covariance),
+            fit.long_run_variance * factor,
+        )
+        for spread, factor in zip(rng.permutation(spreads), factors.T, strict=True)
     ]
 
 

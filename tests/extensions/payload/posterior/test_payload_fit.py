@@ -5,16 +5,23 @@ import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_pair, generate_run
 from numpy.testing import assert_allclose
 
+from affordance.extensions.payload.evidence.gains import build_nominal_gains
 from affordance.extensions.payload.evidence.paired_runs import pair_runs
+from affordance.extensions.payload.evidence.wrist_sensor import build_wrist_evidence
 from affordance.extensions.payload.posterior import payload_fit
 from affordance.extensions.payload.posterior.payload_fit import (
     add_friction_error,
     build_channel_prior,
     estimate_changes,
     fit_payload,
+    measure_axes,
+    spread_gains,
 )
 from affordance.extensions.payload.posterior.solid_prior import SolidPrior
+from affordance.extensions.payload.recording.run import WRENCH_COLUMNS
 from affordance.extensions.payload.settings import DEFAULT_SETTINGS, PRIORS, SignalKind
+from affordance.extensions.robots.recorded_arm import load_robot
+from studies.payload.at_rest import WRIST, draw_postures, generate_wrench, hold
 
 
 def test_body_and_noise_settle_in_a_few_rounds_each_as_the_other_says(robot, gains, monkeypatch):
@@ -65,6 +72,29 @@ def test_error_of_friction_scales_with_what_friction_does(robot, gains):
         assert add_friction_error(evidence, exact, solid, replace(settings, floor=False)) is evidence
     assert (sds[0] < 0.5 * sds[1]).all()  # what noise alone makes of it
     assert_allclose(sds[2], 2.0 * sds[1], rtol=0.2)
+
+
+@pytest.mark.parametrize("gain_sd", [0.0, 0.03])
+def test_spread_of_a_wrist_sensors_gains_is_that_of_samples_weighted_by_how_their_axes_differ(gain_sd, rng):
+    """Variances are drawn from the prior, and weighted by the density of the axes' two differences."""
+    wrist = load_robot(*WRIST)
+    q = draw_postures(30, wrist.num_joints, rng)
+    run = hold(wrist, q, generate_wrench(wrist, q, PAYLOAD, rng, gain_sd=gain_sd), SignalKind.WRENCH)
+    nominal = build_nominal_gains(WRENCH_COLUMNS, SignalKind.WRENCH, DEFAULT_SETTINGS)
+    evidence = build_wrist_evidence(wrist, run, (), nominal, DEFAULT_SETTINGS)
+    prior = build_channel_prior(evidence, nominal, DEFAULT_SETTINGS)
+    fit = fit_payload(evidence, prior, SolidPrior.for_hand(), DEFAULT_SETTINGS)
+    scale, error = measure_axes(fit)
+    drawn = 1.0 / rng.chisquare(1.0, 400_000)
+    of_each = drawn[:, None] * nominal.covariance[0, 0, 0] + error**2
+    differ = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
+    covariance = np.einsum("ij,nj,kj->nik", differ, of_each, differ)
+    distance = np.einsum("i,nij,j->n", differ @ scale, np.linalg.inv(covariance), differ @ scale)
+    weights = np.exp(-0.5 * distance) / np.sqrt(np.linalg.det(covariance))
+    order = np.argsort(drawn)
+    below = np.cumsum(weights[order]) / weights.sum()
+    expected = np.interp((np.arange(8) + 0.5) / 8.0, below, drawn[order])
+    assert_allclose(spread_gains(fit), expected, rtol=0.05)
 
 
 def test_changes_of_gains_are_those_of_the_data_and_err_as_stated(robot, gains):
