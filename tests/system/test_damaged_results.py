@@ -4,6 +4,7 @@ import os
 import signal
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
 import xarray as xr
 from helpers.refusals import refuse
@@ -72,11 +73,24 @@ def test_report_shows_what_is_not_damaged(tmp_path, caplog, damage, file):
     assert len(caplog.messages) == (is_told and file != "metrics.json")
 
 
-@pytest.mark.parametrize("damage", DAMAGES)
+def name_otherwise(path):
+    """Writes a file whose values have other axes."""
+    xr.load_dataset(path, engine="scipy").rename(draw="row").to_netcdf(path, engine="scipy")
+
+
+def write_words(path):
+    """Writes a file whose values are words."""
+    xr.load_dataset(path, engine="scipy").astype(str).to_netcdf(path, engine="scipy")
+
+
+@pytest.mark.parametrize("damage", [*DAMAGES, name_otherwise, write_words])
 def test_fit_that_is_damaged_is_refused(tmp_path, damage):
-    data = xr.Dataset({"push_error": (("chain", "draw"), [[0.1, 0.2, 0.3]])})
-    write_fit(xr.DataTree.from_dict(dict.fromkeys(GROUPS, data)), tmp_path)
-    assert read_fit(tmp_path)["prior"]["push_error"].shape == (1, 3)
+    groups = {
+        name: xr.Dataset({"push_error": (tuple(sorted(axes)), np.ones((2,) * len(axes)))})
+        for name, axes in GROUPS.items()
+    }
+    write_fit(xr.DataTree.from_dict(groups), tmp_path)
+    assert read_fit(tmp_path)["prior"]["push_error"].shape == (2, 2)
     damage(tmp_path / "prior.nc")
     with within(60):
         said = refuse(read_fit, tmp_path, error=BadValueError)

@@ -421,7 +421,7 @@ class Ledger:
         """Converts errors of the database to a BadValueError."""
         try:
             yield
-        except sqlite3.Error as error:
+        except (sqlite3.Error, UnicodeDecodeError) as error:
             raise BadValueError(self.place, "", f"cannot be {what}: {error}; nothing was changed") from error
 
 

@@ -24,7 +24,14 @@ from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.version import __version__
 
-GROUPS = ("posterior", "prior", "log_likelihood", "observed_data", "sample_stats")
+# Groups of a fit, and the axes that each has.
+GROUPS = {
+    "posterior": {"chain", "draw"},
+    "prior": {"chain", "draw"},
+    "log_likelihood": {"chain", "draw", "participant", "trial"},
+    "observed_data": {"participant", "trial"},
+    "sample_stats": {"chain", "stage"},
+}
 # Limits of memory and time (SECURITY.md): rows of arrays; numbers in one array, which holds the joint covariance of
 # up to one kind for each object; and rows times lifts in one evaluation of a likelihood.
 _MOST_ROWS, _MOST_NUMBERS, _MOST_WORK = 100_000, 100_000_000, 200_000_000
@@ -308,11 +315,14 @@ def read_fit(folder: Path) -> xr.DataTree:
 
 
 def _read(path: Path, name: str) -> xr.Dataset:
-    content = read_bytes(path, RESULTS)
+    content, problem = read_bytes(path, RESULTS), f"is damaged, must hold the group {name} of a fit: fit again"
     try:
-        return xr.load_dataset(io.BytesIO(content), engine="scipy")
+        dataset = xr.load_dataset(io.BytesIO(content), engine="scipy")
     except (OSError, ValueError, TypeError, LookupError, AttributeError) as error:
-        raise BadValueError(path, "", f"is damaged, must hold the group {name} of a fit: fit again") from error
+        raise BadValueError(path, "", problem) from error
+    if GROUPS[name] - set(dataset.dims) or any(each.dtype.kind not in "fi" for each in dataset.data_vars.values()):
+        raise BadValueError(path, "", problem)
+    return dataset
 
 
 def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:

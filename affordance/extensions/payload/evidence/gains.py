@@ -153,7 +153,9 @@ class JointEntry(DataModel):
 
     gain: Annotated[float, Within(-1e6, 1e6), Field(description="Gain g, signal per N m.")]
     load_friction: Annotated[float, Within(-2.0, 2.0), Field(description="Share of the load lost in friction, mu.")]
-    covariance: Annotated[_Triple, Vector(3, Within()), Field(description="var(g), cov(g, h), var(h); h = mu g.")]
+    covariance: Annotated[
+        _Triple, Vector(3, Within(-1e12, 1e12)), Field(description="var(g), cov(g, h), var(h); h = mu g.")
+    ]
     noise_variance: Annotated[float, Within(0.0, 1e12), Field(description="Long-run variance of the error.")]
     friction: Annotated[
         Annotated[_Triple, Vector(3, Within())] | None,

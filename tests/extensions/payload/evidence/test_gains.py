@@ -141,6 +141,11 @@ joints:
             "covariance: [-1",
             "joints.a.covariance: is [-1, 0, 0.0049], must be a covariance of two numbers",
         ),
+        (
+            "covariance: [0.0004, 0.0",
+            "covariance: [0.0004, 1e300",
+            "covariance[1]: is 1e+300, must be from -1e+12 to 1e+12",
+        ),
         ("common_sd: 0.0", "common_sd: 2", "common_sd: is 2, must be from 0 to 1"),
     ],
 )
