@@ -44,7 +44,8 @@ class Block(NamedTuple):
         body: Lines between the fences.
         start, end: Place of the body in the page.
         file: Name of the file that has the block's text.
-        needs: When it runs: "" always, "minutes" at a release, "outside" never.
+        needs: When it runs: "" always, "minutes" at a release, "makers" with makers' files (``--makers``), "outside"
+            never.
         makes_next: A block of text follows, with what this one prints.
     """
 
@@ -73,7 +74,9 @@ def list_blocks(text: str) -> list[Block]:
     blocks = []
     for block, after in itertools.zip_longest(found, found[1:]):
         follows = after is not None and after["language"] == "text" and not text[block.end() : after.start()].strip()
-        file, needs = (re.search(rf"<!-- {note}", block["notes"]) for note in (r"file: (\S+)", r"(minutes|outside)"))
+        file, needs = (
+            re.search(rf"<!-- {note}", block["notes"]) for note in (r"file: (\S+)", r"(minutes|makers|outside)")
+        )
         blocks.append(
             Block(
                 block["language"],
@@ -177,26 +180,30 @@ def _quote(said: str, shown: str) -> str:
     return shown if _CHANGING.sub("", said) == _CHANGING.sub("", shown) else said
 
 
-def remake(text: str, folder: Path, minutes: bool) -> str:
+def remake(text: str, folder: Path, minutes: bool, makers: Path | None = None) -> str:
     """Remakes the outputs of a page, and what its prose repeats of them.
 
     Args:
         text: The page.
         folder: Empty folder, in which the page's blocks run in their order.
         minutes: Whether those that take minutes run, too.
+        makers: Folder with clones of makers' repositories, which are copied; None leaves out what needs them.
 
     Returns:
         The page with the outputs that were found.
     """
     for name in _FOLDERS:
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    if makers is not None and any(block.needs == "makers" for block in list_blocks(text)):
+        shutil.copytree(makers, folder, ignore=shutil.ignore_patterns(".git"), dirs_exist_ok=True)
+    left_out = {"outside", *([] if minutes else ["minutes"]), *([] if makers else ["makers"])}
     blocks, bodies, printed = list_blocks(text), [], ""
     with contextlib.chdir(folder):
         for block in blocks:
             body = block.body
             if block.file:
                 Path(block.file).write_text(body, encoding="utf-8")
-            if block.needs == "outside" or (block.needs == "minutes" and not minutes):
+            if block.needs in left_out:
                 printed = ""
             elif block.language == "console":
                 pairs = split_commands(body)
@@ -227,6 +234,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=main.__doc__)
     parser.add_argument("pages", nargs="*", type=Path, help="pages; all if none is named")
     parser.add_argument("--fast", action="store_true", help="leave out what takes minutes")
+    parser.add_argument("--makers", type=Path, help="folder with the clones that docs/howto/three_arms.md names")
     parser.add_argument(
         "--check", action="store_true", help="change nothing; exit status 1 if something would change"
     )
@@ -235,7 +243,7 @@ def main() -> int:
     for page in [each.resolve() for each in chosen.pages] or list_pages():
         before = page.read_text(encoding="utf-8")
         with tempfile.TemporaryDirectory() as folder:
-            after = remake(before, Path(folder).resolve(), minutes=not chosen.fast)
+            after = remake(before, Path(folder).resolve(), not chosen.fast, chosen.makers)
         if after != before:
             changed = True
             name = str(page.relative_to(ROOT))

@@ -84,7 +84,7 @@ class OneLineParser(argparse.ArgumentParser):
         hint = suggest(name, known)
         if "--set" in known and not hint:
             hint = _describe_setting(name.removeprefix("--"), value or following)
-        return f"{name}: is not an option (known: {', '.join(known)}){hint}"
+        return f"{name}: is not an option{hint} (known: {', '.join(known)})"
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

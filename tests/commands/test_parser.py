@@ -37,14 +37,11 @@ def parser():
         (["reach", "--vision", "pixel"], "prog: --vision: is 'pixel', must be one of features, pixels; did you mean"),
         (
             ["reach", "--repeets", "3"],
-            "prog: --repeets: is not an option (known: --help, --repeats, --mass, --vision);",
+            "prog: --repeets: is not an option; did you mean '--repeats'? (known: --help, --repeats, --mass, ",
         ),
         (["reach", "--repeets=3"], "prog: --repeets: is not an option"),
         (["reach", "--zzz"], "prog: --zzz: is not an option (known: --help, --repeats, --mass, --vision)"),
-        (
-            ["reach", "--repeat", "3"],
-            "prog: --repeat: is not an option (known: --help, --repeats, --mass, --vision);",
-        ),
+        (["reach", "--repeat", "3"], "prog: --repeat: is not an option; did you mean '--repeats'?"),
         (["reach", "--mas=3"], "prog: --mas: is not an option"),
         (["reach", "--observer", "3"], "prog: --observer: is not an option"),
         (["reach", "--repeats", "many"], "prog: --repeats: is 'many', must be a whole number"),

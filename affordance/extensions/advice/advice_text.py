@@ -166,7 +166,7 @@ def describe_choice(content: Content) -> str:
 
 
 def describe_knowledge(content: Content) -> str:
-    """Describes the sources of the belief about materials: handbook densities, the named memory, or the prior."""
+    """Describes the sources of the belief about materials, and the spread that is added for each object."""
     known, learned, unknown = (
         ", ".join(map(_name_material, content[key])) for key in ("known", "learned", "unknown")
     )
@@ -179,6 +179,8 @@ def describe_knowledge(content: Content) -> str:
         parts.append(f"no evidence from the memory {memory}")
     if unknown:
         parts.append(f"the prior of any material for {unknown}")
+    if content["deviation"]:
+        parts.append(f"{100.0 * content['deviation']:g} % from object to object are added to each spread")
     return "; ".join(parts)
 
 

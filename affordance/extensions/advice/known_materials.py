@@ -1,7 +1,7 @@
 """Beliefs about materials before anything is held: handbook densities of materials with a name, and weighings."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,10 +29,12 @@ class NamedBelief(NamedTuple):
     known: tuple[str, ...]  # materials with their handbook density
     learned: tuple[str, ...]  # materials for which the memory has evidence; some are known by name too
     unknown: tuple[str, ...]  # materials with the prior of any material
+    deviation: float  # spread of an object's density about its material's, which is added, as a fraction
 
-    def list_sources(self) -> dict[str, list[str]]:
-        """Lists the names by source, as in the content of advice."""
-        return {"known": list(self.known), "learned": list(self.learned), "unknown": list(self.unknown)}
+    def list_sources(self) -> dict[str, Any]:
+        """Lists the names by source, and the added spread, as in the content of advice."""
+        names = {"known": list(self.known), "learned": list(self.learned), "unknown": list(self.unknown)}
+        return {**names, "deviation": self.deviation}
 
 
 def know_by_name(
@@ -75,7 +77,7 @@ def know_by_name(
         memory = memory.add_colours([met[name] for name in wanted], prior)
         memory = _replace_prior(memory, [(met[name], materials[name]) for name in wanted], prior)
     unknown = tuple(name for name in met if name not in (*wanted, *learned))
-    return NamedBelief(memory, tuple(wanted), learned, unknown)
+    return NamedBelief(memory, tuple(wanted), learned, unknown, prior.deviation)
 
 
 def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Material]], prior: Prior) -> MaterialMemory:

@@ -81,7 +81,8 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
     if away:
         yield f"centres of mass far from their joints, {on_arm}: {', '.join(away)}; are they in millimetres?"
     if wide:
-        yield f"radii of gyration beyond the links, {on_arm}: {', '.join(wide)}; are moments of inertia in kg mm^2?"
+        found = f"radii of gyration beyond the links, {on_arm}: {', '.join(wide)}"
+        yield f"{found}; are moments of inertia in kg mm^2 or g mm^2?"
     if placed:
         yield f"radii of gyration beyond the links, {on_arm}: {', '.join(placed)}; are moments placeholders?"
     if points:

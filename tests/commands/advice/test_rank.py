@@ -38,6 +38,7 @@ from affordance.robot import Robot
 PAST = "the paper's arm had another arm in 1 of its trials, which still count for materials"
 _Scene = SimpleNamespace(page=SimpleNamespace(address="http://localhost:1"), ports=(1, 2), addresses=())
 OAK = load_materials()["oak"].colour
+ADDED = "6 % from object to object are added to each spread"
 ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200", "--know", "nothing"]
 
 
@@ -50,7 +51,7 @@ def known(tmp_path):
 
 def test_memory_decides_and_the_first_line_says_what_to_take(known):
     sentence, title, header, first, *_ = answer(*ONE, *known).lines
-    assert title.endswith("evidence about oak, cast steel from the memory m.sqlite")
+    assert title.endswith(f"evidence about oak, cast steel from the memory m.sqlite; {ADDED}")
     assert header.startswith(" ")
     assert "P(feasible)  torque share" in header
     assert first.split()[:3] == ["machinist", "hammer,", "head"]
@@ -60,15 +61,15 @@ def test_memory_decides_and_the_first_line_says_what_to_take(known):
 
 def test_without_a_memory_it_says_that_it_knows_nothing():
     said = answer(*ONE).out
-    assert "; the prior of any material for oak, cast steel\n" in said
+    assert f"; the prior of any material for oak, cast steel; {ADDED}\n" in said
     assert "is uncertain because of the density of oak (" in said
     assert "the machinist hammer choked would be better." in said
 
 
 def test_json_has_all_numbers_and_writes_nothing_else(known):
     content = answer(*ONE, *known, "--json", "--by", "margin").content
-    keys = "task robot see memory trials_of_other_arms known learned unknown surprises by unit statistic choice"
-    keys += " ties options p_none why remarks sentence expected"
+    keys = "task robot see memory trials_of_other_arms known learned unknown deviation surprises by unit statistic"
+    keys += " choice ties options p_none why remarks sentence expected"
     assert set(content) == set(keys.split())
     assert (content["by"], content["unit"], content["statistic"]) == ("margin", "1", "p95")
     assert content["memory"] == "m.sqlite"
@@ -89,7 +90,7 @@ def test_json_has_all_numbers_and_writes_nothing_else(known):
 
 def test_what_a_memory_lacks_is_named(tmp_path):
     path = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0})
-    said = "; evidence about cast steel from the memory m.sqlite; the prior of any material for oak\n"
+    said = f"; evidence about cast steel from the memory m.sqlite; the prior of any material for oak; {ADDED}\n"
     assert said in answer(*ONE, "--memory", path).out
 
 

@@ -34,7 +34,7 @@ def moments(memory: MaterialMemory, material: Material) -> tuple[float, float]:
 
 def test_named_materials_have_the_handbooks_mean_and_spread() -> None:
     named = know_by_name(MaterialMemory(), make((STEEL, STEEL), (OAK, OAK)), HANDBOOK, PRIOR)
-    assert named[1:] == (("steel", "oak"), (), ())
+    assert named[1:] == (("steel", "oak"), (), (), 0.06)
     assert moments(named.memory, STEEL) == pytest.approx((7850.0, 87.0))
     assert moments(named.memory, OAK) == pytest.approx((700.0, 70.0))
 

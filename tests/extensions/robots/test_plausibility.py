@@ -28,7 +28,7 @@ def scale(text: str, attribute: str, factor: float, element: str) -> str:
     ("element", "attributes", "factor", "said"),
     [
         ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1e6, "u 169 m, f 155 m"),
-        ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1e6, "are moments of inertia in kg mm^2?"),
+        ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1e6, "are moments of inertia in kg mm^2 or g mm^2?"),
         ("inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), 1e-6, "radii of gyration like points'"),
         ("mass", ("value",), 1e3, "s 3.7e+03 kg, u 8.4e+03 kg"),
         ("mass", ("value",), 1e-3, "less than a thin aluminium tube"),
