@@ -271,13 +271,13 @@ def _truncate(path, content):
 def _spoil_text(path, content):
     with open_memory(path):
         pass
-    path.write_bytes(path.read_bytes().replace(b"CREATE TABLE trials", content))
+    path.write_bytes(path.read_bytes().replace(b"CREATE TABLE joins", content))
 
 
 @pytest.mark.parametrize(
     ("make", "content", "message"),
     [
-        (_spoil_text, b"CREATE TABLE \xfdrials", "cannot be read: .*nothing was changed"),
+        (_spoil_text, b"CREATE TABL\xfd joins", "cannot be read: .*nothing was changed"),
         (_make, b"not a database at all", "is not an SQLite file, must be a memory"),
         (_make, b'{"colours": []}', "a command has written; affordance memory import reads an exported one"),
         (_make, b"SQLite format 3\x00 but no more", "cannot be (read|written).*: file is not a database"),

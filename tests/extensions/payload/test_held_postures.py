@@ -77,17 +77,20 @@ def test_times_of_postures_have_no_meaning(robot, rng, paired):
     assert masses[1:] == masses[:1] * 2
 
 
-@pytest.mark.parametrize("paired", [True, False])
-def test_postures_of_a_table_without_noise_show_the_load(robot, paired):
+@pytest.mark.parametrize("sensor", ["wrist", "joints"])
+def test_postures_of_a_table_without_noise_show_the_load(robot, sensor):
     """Its errors count as the step of a converter of 16 bits; with none at all no equation had a solution."""
     q = draw_postures(20, 6, np.random.default_rng(1))
     rest, links = np.zeros_like(q), robot.link_parameters.ravel()
-    empty = robot.compute_link_regressors(q, rest, rest) @ links
-    loaded = empty + robot.compute_payload_regressors(q, rest, rest) @ PAYLOAD
-    kind = SignalKind.JOINT_TORQUE
-    runs = Runs(hold(robot, q, loaded, kind), (hold(robot, q, empty, kind, "empty"),) if paired else ())
+    if sensor == "wrist":
+        wrench = robot.compute_wrench_regressors(q, rest, rest)[:, [3, 4, 5, 0, 1, 2]] @ PAYLOAD
+        runs = Runs(hold(robot, q, wrench, SignalKind.WRENCH))
+    else:
+        kind, empty = SignalKind.JOINT_TORQUE, robot.compute_link_regressors(q, rest, rest) @ links
+        loaded = empty + robot.compute_payload_regressors(q, rest, rest) @ PAYLOAD
+        runs = Runs(hold(robot, q, loaded, kind), (hold(robot, q, empty, kind, "empty"),))
     belief = identify(robot, runs, settings=_FAST)
-    assert abs(belief.mass - PAYLOAD[0]) < 3.0 * belief.mass_sd
+    assert belief.mass == pytest.approx(PAYLOAD[0], rel=1e-3)
 
 
 def test_postures_in_which_nothing_changes_are_refused(robot):
