@@ -116,6 +116,18 @@ def test_what_takes_minutes_is_made_at_a_release(tmp_path):
     assert "must be one of" in remake(STALE, tmp_path, minutes=True)
 
 
+def test_what_needs_makers_files_is_made_where_they_are(tmp_path):
+    page = "<!-- makers -->\n```console\n$ cat robots/a.urdf\nold\n```\n"
+    robot = tmp_path / "makers" / "robots" / "a.urdf"
+    robot.parent.mkdir(parents=True)
+    robot.write_text("new\n")
+    (tmp_path / "first").mkdir()
+    assert remake(page, tmp_path / "first", minutes=True) == page
+    (tmp_path / "second").mkdir()
+    made = remake(page, tmp_path / "second", minutes=False, makers=tmp_path / "makers")
+    assert made == page.replace("old", "new")
+
+
 def test_only_the_day_may_differ(tmp_path):
     page = "```python\nprint('2026-11-29: 1')\n```\n\n```text\n2026-01-01: 1\n```\n"
     assert remake(page, tmp_path, minutes=False) == page
