@@ -115,7 +115,7 @@ def _run(words: Sequence[str], program: str) -> int:
     what = "print only the answer: no progress, no remarks"
     find_group(parser, OUTPUT).add_argument("-q", "--quiet", action="store_true", help=what)
     chosen = parser.parse(words)
-    run = command.run
+    run = command.run  # imports the command's module, and with it Drake, which sets its log level anew
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
     with contextlib.ExitStack() as stack:
         if chosen.quiet:

@@ -58,7 +58,7 @@ class Block(NamedTuple):
 
     @property
     def is_run(self) -> bool:
-        """Whether the block quotes an output."""
+        """True if an output of the block stands on the page."""
         return self.makes_next or self.language == "console"
 
 

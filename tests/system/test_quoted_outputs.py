@@ -42,7 +42,8 @@ def list_commands():
     found += [
         command for page, text in PAGES.items() if FIRST_USE.match(page) for command in list_unquoted(page, text)
     ]
-    return sorted({command for command in found if command.startswith("affordance")})
+    # The page on commands shows one mistake; its output is compared above.
+    return sorted({command for command in found if command.startswith("affordance") and "1e9" not in command})
 
 
 @pytest.mark.usefixtures("unrendered")

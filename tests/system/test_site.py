@@ -7,6 +7,7 @@ import inspect
 import io
 import itertools
 import re
+import shutil
 import subprocess
 import sys
 import types
@@ -212,9 +213,12 @@ def test_how_tos_show_code_that_runs(tmp_path, monkeypatch):
         for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
             exec(block, {})
     page = (ROOT / "docs" / "howto" / "add_material.md").read_text()
-    (balsa,) = re.findall(r"```yaml\n# (\S+)\n(.*?)```", page, re.DOTALL)
-    path = tmp_path / balsa[0]
-    path.write_text(path.read_text() + balsa[1])
+    (balsa,) = re.findall(r"```yaml\n(balsa:.*?)```", page, re.DOTALL)
+    ((old, new),) = re.findall(r'sed -i "s/(.*?)/(.*?)/"', page)
+    shutil.copytree(affordance.MODELS, tmp_path / "my_models")
+    path, tools = tmp_path / "my_models" / "materials.yaml", tmp_path / "my_models" / "tools" / "weight.yaml"
+    path.write_text(path.read_text() + balsa)
+    tools.write_text(tools.read_text().replace(old, new))
     assert affordance.load_materials(path)["balsa"].density == 125.0
     *_, decoy = weight.read(affordance.Setup(models=path.parent))
     assert [part.material.name for part in decoy.components] == ["balsa"]

@@ -193,7 +193,7 @@ def test_gains_that_differ_between_both_runs_are_doubted(robot, weighed, joints,
 
 @pytest.mark.parametrize("kept", [0.0, 0.3])
 def test_commanded_currents_are_seen(robot, weighed, kept):
-    """What a controller commands by the arm's model has the noise of no sensor, or of one joint's sensor only."""
+    """Commanded currents follow from the arm's model; at most the first joint has a part of its sensor noise."""
     gains, *runs = weighed
     commanded = []
     for run in runs:
