@@ -26,6 +26,7 @@ from affordance.extensions.advice.expected_inertia import build_expectations, de
 from affordance.extensions.advice.known_materials import learn_weighings
 from affordance.extensions.advice.next_hold import SETTLED, HoldAdvice, OpenDecision, Question, advise_hold
 from affordance.extensions.memory.ledger import describe_past_arms, open_memory
+from affordance.extensions.memory.summary import name_things
 from affordance.files.atomic import to_plain
 from affordance.objects.appearance import Appearance
 from affordance.objects.tool import Tool
@@ -202,4 +203,4 @@ def _recall_looks(place: str | None, settings: Settings) -> dict[str, Appearance
         return {}
     with open_memory(place, create=False) as ledger:
         memory, found = ledger.review(settings.prior)
-    return {", ".join(each.names): thing.appearance for each, thing in zip(found, memory.things, strict=True)}
+    return {name: thing.appearance for name, thing in zip(name_things(found), memory.things, strict=True)}

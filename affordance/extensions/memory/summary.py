@@ -60,7 +60,7 @@ def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
     Arguments and errors are those of ``Ledger.recall``.
     """
     memory, things = ledger.review(prior)
-    names = _name(things)
+    names = name_things(things)
     with ledger.blame():
         known, colours = memory.belief, memory.colours
         low, median, high = known.compute_percentiles(_FRACTIONS) if colours else np.zeros((3, 0))
@@ -74,7 +74,7 @@ def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
         return MemorySummary(tuple(materials), _list_things(memory, things, names))
 
 
-def _name(things: Sequence[FeltThing]) -> list[str]:
+def name_things(things: Sequence[FeltThing]) -> list[str]:
     """Names each thing by all names that its trials have; a number tells apart things that have the same."""
     names: list[str] = []
     for thing in things:

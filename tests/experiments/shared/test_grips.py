@@ -193,6 +193,11 @@ OF_STICK = np.array([[1, 0, 0], [1, 1, 0], [1, 0, -1], [1, 0, -1]])
 OF_HAMMER = np.array([[0, 1, 1], [0, 1, 0], [0, 1, 0], [0, 1, -1]])
 
 
+def divide(chosen):
+    """Probabilities of two grips: .9 of the chosen one, or one half."""
+    return np.where(chosen[..., None] < 0, 0.5, np.where(chosen[..., None] == [0, 1], 0.9, 0.1))
+
+
 @pytest.fixture
 def measured(choices):
     """Numbers of made-up choices of four observers; wood is right for the stick, and steel for the hammer.
@@ -203,6 +208,10 @@ def measured(choices):
     data = xr.Dataset(
         {
             "paper": (("observer", "tool", "moment"), np.stack([OF_STICK, OF_HAMMER], axis=1)),
+            "probability": (
+                ("observer", "tool", "moment", "grip"),
+                np.stack([divide(OF_STICK), divide(OF_HAMMER)], axis=1),
+            ),
             "bayes": (("observer", "moment"), [[0, 1, 1], [0, 1, 1], [0, 0, 1], [1, 1, 1]]),
             "flips": (("observer", "moment"), flips),
         }
@@ -222,9 +231,10 @@ def test_numbers_of_made_up_choices_by_hand(measured):
     assert (measured["correct_grip"], measured["correct_grip_headed_tool"]) == ("wood", "steel")
     assert measured["p_correct"][0] == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(10_000))
     assert measured["p_correct_headed_tool"][0] > 0.8
-    assert measured["p_correct"][1:].tolist() == [0.75, 0.75]
+    assert measured["p_correct"][1:] == pytest.approx([(3 * 0.9 + 0.1) / 4, (2 * 0.9 + 2 * 0.5) / 4])
+    assert measured["p_correct_drawn"][1:].tolist() == [0.75, 0.75]
     assert measured["p_correct_bayes"].tolist() == [0.75, 0.25, 0.0]
-    assert measured["p_correct_headed_tool"][1:].tolist() == [1.0, 0.375]
+    assert measured["p_correct_headed_tool"][1:] == pytest.approx([0.9, (0.9 + 2 * 0.1 + 0.5) / 4])
     for key in ("p_correct", "p_correct_bayes", "p_correct_headed_tool"):
         low, high = measured[f"{key}_ci95"].T
         assert (low <= measured[key]).all()
@@ -254,7 +264,7 @@ def test_words_and_rows_are_about_the_tools_that_there_are(measured):
     assert rows.index.tolist() == ["stick", "hammer"]
     assert rows["correct before"].str.contains("by symmetry").tolist() == [True, False]
     assert rows["absolute work by grip"].iloc[1] == "9.00 J (wood) and 6.00 J (steel)"
-    assert rows["after one trial"].tolist() == ["75.0%", "100.0%"]
+    assert rows["after one trial"].tolist() == ["70.0%", "90.0%"]
 
 
 @pytest.mark.parametrize(
