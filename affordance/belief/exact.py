@@ -10,8 +10,8 @@ order, move to another kind or be forgotten, and memories can be merged.
 Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
 computed on a grid: at each node Laplace's method integrates over all other scores and all delta (Tierney and Kadane
 1986, J. Am. Stat. Assoc. 81:82; Rue, Martino and Chopin 2009, J. R. Stat. Soc. B 71:319). Means and SDs of mu_i and
-rho_k are sums over the grid; correlations are those at the mode of all scores and delta. A normal distribution that
-is restricted to positive densities then represents these moments.
+rho_k are sums over the grid; correlations are those at the mode of all scores and delta. The result is the normal
+distribution that has these moments when it is restricted to positive densities.
 """
 
 from typing import NamedTuple
@@ -24,11 +24,11 @@ from scipy.special import log_ndtr, ndtri_exp
 from affordance.arrays import Array, Mask
 from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques
 from affordance.belief.normals import Normals, invert
-from affordance.belief.positive_normal import compute_moments, find_untruncated
+from affordance.belief.positive_normal import find_untruncated
 
-# Means of at least so many SDs are not affected by the restriction to positive densities; least correlation that
-# matters for the others.
-_FREE, _RELATED = 6.0, 0.02
+# Ratio of mean and SD below which the bound cuts off an end of what is left open, and correlation of two densities
+# of which it cuts off both ends; least precision of a normal distribution, in units of the SDs.
+_FREE, _RELATED, _LEAST_PRECISION = 2.25, 0.5, 1e-6
 # Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
 # beyond the nodes it continues along straight lines.
 _NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)
@@ -53,8 +53,6 @@ class Posterior(NamedTuple):
 
     means: Normals  # unrestricted normals of M mean densities, (B, M)
     own: Normals | None  # unrestricted normals of the object's C densities, (B, C)
-    mean: Array  # means of the mean densities, (B, M)
-    sd: Array  # SDs of the mean densities, (B, M)
     given_means: GivenMeans | None = None  # the object's densities given the mean densities
     log_evidence: float | Array = 0.0  # log probability density of all that was felt, by Laplace's method, (B,)
 
@@ -333,11 +331,11 @@ def compute_posterior(
     grid = (_tabulate_separate if is_separate else _tabulate)(model, mode)
     mean = (grid.mass * grid.mu).sum(axis=-1)
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
-    center, covariance = _expand(model, mode)
-    means = _restrict(mean, sd, center, covariance)
+    expansion, covariance = _expand(model, mode), _find_covariance(mode)
+    means = _restrict(mean, sd, covariance, expansion)
     log_evidence = model.log_scale + (mode.point.value - 0.5 * mode.curvature.log_det)[:, 0]
     if things is None:
-        return Posterior(means, None, mean, sd, None, log_evidence)
+        return Posterior(means, None, None, log_evidence)
     rows, point = np.broadcast_to(np.arange(B), things.shape), mode.point
     own_kinds, used = kinds[rows, things], is_used[rows, things]  # (B, C)
     at, f = (rows[:, None], own_kinds), deviation[:, None]
@@ -353,15 +351,14 @@ def compute_posterior(
     slopes = (slopes - scale[..., None] * mode.curvature.DC[rows, 0, things] / point.slope[:, 0, None]) * used[
         ..., None
     ]
-    own_covariance = slopes @ covariance @ np.swapaxes(slopes, 1, 2)
     alone = scale[..., None] * invert(point.D[rows, 0, things]) * scale[:, None, :]
     alone = np.where(used[..., None] & used[:, None], alone, np.eye(used.shape[1]))
-    own_covariance += alone
-    own_center = point.mu[:, 0][at] * e + np.matvec(slopes, center - point.mu[:, 0])
+    own_center = point.mu[:, 0][at] * e + np.matvec(slopes, expansion.mean - point.mu[:, 0])
+    spread = [slopes @ each @ slopes.mT + alone for each in (covariance, expansion.covariance)]
     own_mean, own_sd = np.where(used, own_mean, 1.0), np.where(used, own_sd, 1.0)
-    own_normals = _restrict(own_mean, own_sd, own_center, own_covariance)
-    given_means = GivenMeans(own_center - np.matvec(slopes, center), slopes, alone)
-    return Posterior(means, own_normals, mean, sd, given_means, log_evidence)
+    own_normals = _restrict(own_mean, own_sd, spread[0], Normals(own_center, spread[1]))
+    given_means = GivenMeans(own_center - np.matvec(slopes, expansion.mean), slopes, alone)
+    return Posterior(means, own_normals, given_means, log_evidence)
 
 
 def _split(
@@ -395,12 +392,10 @@ def _split(
     def join_normals(*each: Normals) -> Normals:
         return Normals(join(*(one.mean for one in each)), join(*(one.covariance for one in each)))
 
-    means, own, mean, sd, given_means, log_evidence = zip(*found, strict=True)
+    means, own, given_means, log_evidence = zip(*found, strict=True)
     return Posterior(
         join_normals(*means),
         None if things is None else join_normals(*own),
-        join(*mean),
-        join(*sd),
         None if things is None else GivenMeans(*map(join, *given_means)),
         join(*log_evidence),
     )
@@ -423,7 +418,6 @@ def _divide(
     """
     B, M = prior.mean.shape
     mean, covariance = prior.mean.copy(), prior.covariance.copy()
-    expected, sd = compute_moments(mean, np.sqrt(np.diagonal(covariance, axis1=1, axis2=2)))
     own, given_means, rows, log_evidence = None, None, np.arange(B), np.zeros(B)
     if things is not None:
         rows, C = np.broadcast_to(rows, things.shape), kinds.shape[2]
@@ -450,7 +444,6 @@ def _divide(
             None if things is None else places[things],
         )
         mean[:, chosen], covariance[:, chosen[:, None], chosen] = found.means.mean, found.means.covariance
-        expected[:, chosen], sd[:, chosen] = found.mean, found.sd
         log_evidence = log_evidence + found.log_evidence
         if things is not None and own is not None and given_means is not None:
             assert found.own is not None
@@ -460,36 +453,40 @@ def _divide(
             offset, slopes, rest = found.given_means
             given_means[0][here], given_means[2][here] = offset[here], rest[here]
             given_means.slopes[here[:, None, None], np.arange(C)[:, None], chosen] = slopes[here]
-    return Posterior(Normals(mean, covariance), own, expected, sd, given_means, log_evidence)
+    return Posterior(Normals(mean, covariance), own, given_means, log_evidence)
 
 
-def _expand(model: _Model, mode: _Mode) -> tuple[Array, Array]:
+def _find_covariance(mode: _Mode) -> Array:
+    """Finds the covariance of the mean densities, (B, M, M), from that of their scores at the mode."""
+    slope = mode.point.slope[:, 0]
+    covariance: Array = slope[..., None] * mode.curvature.inverse[:, 0] * slope[:, None]
+    return covariance
+
+
+def _expand(model: _Model, mode: _Mode) -> Normals:
     """Expands the log posterior of the mean densities, not of scores, to second order at the mode.
 
     Restricted to positive densities this is nearly exact even if the data leave differences of densities open.
-
-    Returns: Mean and covariance of the unrestricted normal distribution, (B, M) and (B, M, M).
     """
     point, M = mode.point, model.size
     slope = point.slope[:, 0]
-    covariance = mode.curvature.inverse[:, 0]
+    flat = _find_covariance(mode)
     if M == 1:
-        return point.mu[:, 0], slope[..., None] * covariance * slope[:, None]
+        return Normals(point.mu[:, 0], flat)
     x = (point.mu - model.mode) / model.sd
     ratio = point.slope / model.sd
     bend = point.slope * (x * ratio - mode.z)
     gradient = (point.gz - x * ratio + mode.z) / point.slope  # by densities, (B, 1, M)
     of_slope = bend * gradient + ratio**2 + x * bend / model.sd - 1.0
-    precision = invert(covariance) + of_slope[:, 0, :, None] * np.eye(M)
+    precision = invert(mode.curvature.inverse[:, 0]) + of_slope[:, 0, :, None] * np.eye(M)
     precision = precision / (slope[..., None] * slope[:, None])
     values, vectors = np.linalg.eigh(precision)
     # Where the log posterior of densities is not concave, that of scores is, at least nearly.
     is_concave = values[:, 0] > 1e-12 * values[:, -1]
-    flat = slope[..., None] * covariance * slope[:, None]
-    inverse = (vectors / np.where(is_concave[:, None], values, 1.0)[:, None]) @ np.swapaxes(vectors, 1, 2)
+    inverse = (vectors / np.where(is_concave[:, None], values, 1.0)[:, None]) @ vectors.mT
     covariance = np.where(is_concave[:, None, None], inverse, flat)
     shift = np.where(is_concave[:, None], np.matvec(covariance, gradient[:, 0]), 0.0)
-    return point.mu[:, 0] + shift, covariance
+    return Normals(point.mu[:, 0] + shift, covariance)
 
 
 class _Grid(NamedTuple):
@@ -565,19 +562,26 @@ def _build_spline() -> tuple[Array, Array]:
 _SPLINE, _CLOSEST = _build_spline()
 
 
-def _restrict(mean: Array, sd: Array, center: Array, covariance: Array) -> Normals:
+def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals) -> Normals:
     """Builds the normals that have these means and SDs, (B, M), when restricted to positive densities.
 
-    Correlations are those of a covariance. Where restricted densities are correlated with others, moments of the
-    restricted distribution are not those of each density alone, and the expansion is returned as it is: it is exact
-    where the log likelihood is quadratic.
+    The correlations after restriction are those of ``covariance``, (B, M, M). The bound of each density is taken for
+    a normal factor that gives its moments, as in expectation propagation (Minka 2001): exact for densities that do
+    not covary. Where the bounds of two densities that covary cut off both ends of what is left open, the expansion is
+    nearer, and replaces it; so it does where the result would have no positive variance.
     """
-    own_center, scale = find_untruncated(mean, sd)
+    unit = np.eye(mean.shape[1])
+    center, scale = find_untruncated(mean, sd)
     sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     correlation = covariance / (sds[..., None] * sds[:, None])
-    others = (np.abs(correlation) > _RELATED) & ~np.eye(mean.shape[1], dtype=bool)
-    is_alone = ~((mean < _FREE * sd)[..., None] & others).any(axis=(1, 2))
-    matched = correlation * scale[..., None] * scale[:, None]
-    center = np.where(is_alone[:, None], own_center, center)
-    covariance = np.where(is_alone[:, None, None], matched, covariance)
-    return Normals(center, covariance)
+    # In units of the SDs after restriction.
+    inverse, rest = invert(correlation), (sd / scale) ** 2
+    precision = inverse + (rest - 1.0)[..., None] * unit
+    information = np.matvec(inverse, mean / sd) - mean / sd + center * sd / scale**2
+    is_cut = mean < _FREE * sd
+    is_open = (is_cut[..., None] & is_cut[:, None] & (np.abs(correlation - unit) > _RELATED)).any(axis=(1, 2))
+    is_open |= np.linalg.eigvalsh(precision)[:, 0] < _LEAST_PRECISION
+    matched = invert(np.where(is_open[:, None, None], unit, precision))
+    center = np.where(is_open[:, None], expansion.mean, sd * np.matvec(matched, information))
+    matched = sd[..., None] * matched * sd[:, None]
+    return Normals(center, np.where(is_open[:, None, None], expansion.covariance, matched))
