@@ -14,11 +14,12 @@ rho_k are sums over the grid; correlations are those at the mode of all scores a
 distribution that has these moments when it is restricted to positive densities.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # it imports its submodules on first use: interpolation takes a tenth of a second
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from scipy.special import log_ndtr, ndtri_exp
 
 from affordance.arrays import Array, Mask
@@ -538,28 +539,27 @@ def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
 
 def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: Array) -> _Grid:
     """Interpolates log marginals, (B, M, n), and deviations with their variances, (B, M, n, T, C), from the nodes."""
-    log_p = log_p @ _SPLINE.T
+    extended, closest = _build_spline()
+    log_p = log_p @ extended.T
     mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
     mass /= mass.sum(axis=-1, keepdims=True)
     sds = np.sqrt(np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2))
     scores = np.maximum(mode.z + sds[:, None] * _POINTS[:, None], _LEAST_SCORE)
     mu = np.swapaxes(model.find_densities(scores)[0], 1, 2)
-    d, variance = (np.moveaxis(np.tensordot(_CLOSEST, each, (1, 2)), 0, 2) for each in (d, variance))
+    d, variance = (np.moveaxis(np.tensordot(closest, each, (1, 2)), 0, 2) for each in (d, variance))
     return _Grid(mass, mu, d, variance)
 
 
+@cache
 def _build_spline() -> tuple[Array, Array]:
     """Builds the matrices that interpolate values at the nodes to the points, (points, nodes).
 
     The first continues along straight lines beyond the nodes, the second with constant values.
     """
-    spline = CubicSpline(_NODES, np.eye(len(_NODES)))
+    spline = scipy.interpolate.CubicSpline(_NODES, np.eye(len(_NODES)))
     inside = np.clip(_POINTS, _NODES[0], _NODES[-1])
     constant = spline(inside)
     return constant + spline(inside, 1) * (_POINTS - inside)[:, None], constant
-
-
-_SPLINE, _CLOSEST = _build_spline()
 
 
 def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals) -> Normals:
