@@ -27,9 +27,10 @@ from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques
 from affordance.belief.normals import Normals, invert
 from affordance.belief.positive_normal import find_untruncated
 
-# Ratio of mean and SD below which the bound cuts off an end of what is left open, and correlation of two densities
-# of which it cuts off both ends; least precision of a normal distribution, in units of the SDs.
-_FREE, _RELATED, _LEAST_PRECISION = 2.25, 0.5, 1e-6
+# Means of at least so many SDs are not affected by the restriction to positive densities; least correlation that
+# matters for the others. The same for two densities of which the bound cuts off both ends of what is left open. Least
+# precision of a normal distribution, in units of the SDs.
+_FREE, _RELATED, _CUT, _RIDGE, _LEAST_PRECISION = 6.0, 0.02, 2.1, 0.5, 1e-6
 # Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
 # beyond the nodes it continues along straight lines.
 _NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)
@@ -333,7 +334,8 @@ def compute_posterior(
     mean = (grid.mass * grid.mu).sum(axis=-1)
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
     expansion, covariance = _expand(model, mode), _find_covariance(mode)
-    means = _restrict(mean, sd, covariance, expansion)
+    is_quadratic = ~((holds.noise[..., 1] > 0.0).any(axis=1) | (holds.errors != 0.0).any(axis=(1, 2, 3, 4)))
+    means = _restrict(mean, sd, covariance, expansion, is_quadratic)
     log_evidence = model.log_scale + (mode.point.value - 0.5 * mode.curvature.log_det)[:, 0]
     if things is None:
         return Posterior(means, None, None, log_evidence)
@@ -357,7 +359,7 @@ def compute_posterior(
     own_center = point.mu[:, 0][at] * e + np.matvec(slopes, expansion.mean - point.mu[:, 0])
     spread = [slopes @ each @ slopes.mT + alone for each in (covariance, expansion.covariance)]
     own_mean, own_sd = np.where(used, own_mean, 1.0), np.where(used, own_sd, 1.0)
-    own_normals = _restrict(own_mean, own_sd, spread[0], Normals(own_center, spread[1]))
+    own_normals = _restrict(own_mean, own_sd, spread[0], Normals(own_center, spread[1]), is_quadratic[rows])
     given_means = GivenMeans(own_center - np.matvec(slopes, expansion.mean), slopes, alone)
     return Posterior(means, own_normals, given_means, log_evidence)
 
@@ -562,13 +564,13 @@ def _build_spline() -> tuple[Array, Array]:
     return constant + spline(inside, 1) * (_POINTS - inside)[:, None], constant
 
 
-def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals) -> Normals:
+def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals, is_quadratic: Mask) -> Normals:
     """Builds the normals that have these means and SDs, (B, M), when restricted to positive densities.
 
     The correlations after restriction are those of ``covariance``, (B, M, M). The bound of each density is taken for
     a normal factor that gives its moments, as in expectation propagation (Minka 2001): exact for densities that do
-    not covary. Where the bounds of two densities that covary cut off both ends of what is left open, the expansion is
-    nearer, and replaces it; so it does where the result would have no positive variance.
+    not covary. The expansion replaces it for densities that covary if it is nearer: where the log likelihood is
+    quadratic, (B,), and where the bounds of two of them cut off both ends of what is left open.
     """
     unit = np.eye(mean.shape[1])
     center, scale = find_untruncated(mean, sd)
@@ -578,8 +580,9 @@ def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals) -> 
     inverse, rest = invert(correlation), (sd / scale) ** 2
     precision = inverse + (rest - 1.0)[..., None] * unit
     information = np.matvec(inverse, mean / sd) - mean / sd + center * sd / scale**2
-    is_cut = mean < _FREE * sd
-    is_open = (is_cut[..., None] & is_cut[:, None] & (np.abs(correlation - unit) > _RELATED)).any(axis=(1, 2))
+    is_cut, size = mean < _CUT * sd, np.abs(correlation - unit)
+    is_open = (is_cut[..., None] & is_cut[:, None] & (size > _RIDGE)).any(axis=(1, 2))
+    is_open |= is_quadratic & ((mean < _FREE * sd)[..., None] & (size > _RELATED)).any(axis=(1, 2))
     is_open |= np.linalg.eigvalsh(precision)[:, 0] < _LEAST_PRECISION
     matched = invert(np.where(is_open[:, None, None], unit, precision))
     center = np.where(is_open[:, None], expansion.mean, sd * np.matvec(matched, information))

@@ -156,7 +156,7 @@ def test_moments_of_a_seen_object_are_turned_from_the_hand_to_the_flange(folder,
     text = (folder / "empty.yaml").read_text().replace("tip: flange\n", "")
     description.write_text(f"{text}object_pose: {{position: [0, 0, 0], rpy_deg: {turned}}}\n")
     words = ["--empty", empty, "--loaded", stick, "--description", description, "--samples", 2000]
-    words += ["--object", MODELS / "tools" / "novel.yaml", "--object-name", "stick", "--unseen", ".05"]
+    words += ["--object", MODELS / "tools" / "novel.yaml", "--object-name", "stick", "--unseen", ".01"]
     found = answer("identify", tmp_path / "six", *words, "--json").content
     assert (found["frame"], found["flange"]) == ("hand_grip", "flange")
     # What a controller subtracts is posed as a controller has it, so that the frame must be named.
