@@ -132,7 +132,7 @@ class WhiteNoise(CheckedFields):
 
     sd: Annotated[
         float,
-        Within(1e-12, 1e4),
+        Within(1e-6, 1e4),
         Setting("N m", "a hundredth of the strongest joint's torque limit (docs/decisions/0004-noise.md)"),
     ] = 0.7
 
