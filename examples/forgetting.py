@@ -9,7 +9,11 @@ The page docs/howto/own_learner.md explains it.
 from dataclasses import dataclass
 from typing import Annotated, override
 
-from affordance.belief.learner import Draws, FindLikelihood, Lesson, Seen, State
+import numpy as np
+
+from affordance.belief.holds import Felt
+from affordance.belief.learner import Draws, Lesson, Seen, State
+from affordance.belief.normals import Normals
 from affordance.belief.one_density import OneDensity
 from affordance.files.constraints import Setting, Within
 
@@ -28,11 +32,13 @@ class Forgetting(OneDensity):
         drift: Annotated[float, Within(0.0, 1e4), Setting("kg/m^3", "an example, fitted to nothing")] = 100.0
 
     @override
-    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
-        expected = self.expect(state, seen)
-        likelihood = find_likelihood(expected)
-        of_means = likelihood.marginalise_deviation(state["deviation"])
-        updated = self.believe(state).condition(of_means.embed(seen.colours, state["precision"].shape[1]))
-        drifted = updated.widen(state["drift"][:, None])
-        state = {**state, "precision": drifted.precision, "information": drifted.information_vector}
-        return Lesson(state, expected.condition(likelihood), likelihood)
+    def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
+        expected, believed = self.expect(state, seen), self.believe(state)
+        likelihood = felt.find_likelihood(expected)
+        own = expected.condition(likelihood)
+        # The object's densities are those of its colours with independent deviations.
+        gain = believed.covariance[:, :, list(seen.colours)] @ expected.precision
+        mean = believed.mean + np.matvec(gain, own.mean - expected.mean)
+        change = gain @ (own.covariance - expected.covariance) @ np.swapaxes(gain, 1, 2)
+        drifted = Normals(mean, believed.covariance + change).widen(state["drift"][:, None])
+        return Lesson(self.set_prior(state, drifted.precision, drifted.information_vector), own, likelihood)

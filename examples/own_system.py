@@ -4,8 +4,8 @@ Prints:
 
     after 0.0 s it is believed to weigh 0.07 to 0.24 kg
     after 0.5 s it is believed to weigh 0.35 to 0.41 kg
-    after 1.0 s it is believed to weigh 0.34 to 0.41 kg
-    it weighs 0.40 kg; brass: 7080 to 8623 kg/m^3
+    after 1.0 s it is believed to weigh 0.35 to 0.41 kg
+    it weighs 0.40 kg; brass: 7258 to 8741 kg/m^3
 """
 
 from pydrake.systems.framework import Context, DiagramBuilder

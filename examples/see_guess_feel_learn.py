@@ -4,7 +4,7 @@ Prints:
 
     rod_10cm looks like 0.07 to 0.24 kg, weighs 0.40 kg and moves -21 cm
     rod_15cm looks like 0.39 to 0.49 kg, weighs 0.60 kg and moves -3 cm
-    rod_20cm looks like 0.61 to 0.69 kg, weighs 0.80 kg and moves -2 cm
+    rod_20cm looks like 0.62 to 0.70 kg, weighs 0.80 kg and moves -2 cm
 """
 
 import itertools

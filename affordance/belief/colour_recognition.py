@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import JUST_NOTICEABLE, Colour, convert_to_lab, is_same_colour
 
 # Volume of the colours that sRGB can represent, in cubic units of CIELAB (tests/belief/test_colour_recognition.py).
@@ -25,6 +26,15 @@ _LINEAR = 8.0
 def find_colour_index(colours: Sequence[Colour], colour: Colour) -> int | None:
     """Returns the index of the first known colour that looks the same; None if there is none."""
     return next((index for index, known in enumerate(colours) if is_same_colour(known, colour)), None)
+
+
+def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None:
+    """Finds the index of a part's material by its colour; None if no colour is recognised with certainty."""
+    if part.colour_sd == 0.0:
+        return find_colour_index(colours, part.colour)
+    probabilities = compute_colour_probabilities(part.colour, part.colour_sd, colours, part.lightness_sd)
+    best = int(np.argmax(probabilities))
+    return best if best < len(colours) and probabilities[best] >= CERTAIN else None
 
 
 def compute_colour_probabilities(

@@ -7,7 +7,7 @@ not matter.
 """
 
 import enum
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -147,19 +147,14 @@ class DensityBelief:
         added = [mean / sd**2 for mean, sd in zip(means, sds, strict=True)]
         return DensityBelief(precision, np.append(self.information_vector, added))
 
-    def add_object_variation(
-        self, deviation: float, num_objects: int = 1, densities: Array | None = None
-    ) -> "DensityBelief":
+    def add_object_variation(self, deviation: float, num_objects: int = 1) -> "DensityBelief":
         """Returns the belief about densities of objects, mu (1 + delta) with delta ~ N(0, deviation^2) for each.
 
-        The belief is joint, of size num_objects * M, ordered object by object. The scatter of objects is the
-        deviation times ``densities``, shape (num_objects * M,), or, if None, times the root mean square of their
-        materials' densities, which gives exact moments.
+        The belief is joint, of size num_objects * M, ordered object by object, with exact moments.
         """
-        if densities is None:
-            densities = np.tile(np.sqrt(self.untruncated_mean**2 + np.diag(self.covariance)), num_objects)
+        squares = np.tile(self.untruncated_mean**2 + np.diag(self.covariance), num_objects)
         covariance = np.tile(self.covariance, (num_objects, num_objects))
-        covariance[np.diag_indices(len(covariance))] += (deviation * densities) ** 2
+        covariance[np.diag_indices(len(covariance))] += deviation**2 * squares
         return DensityBelief.from_moments(np.tile(self.untruncated_mean, num_objects), covariance)
 
     def compute_point_estimate(self, point_estimate: PointEstimate, rng: np.random.Generator) -> Array:
@@ -220,10 +215,6 @@ class DensityBelief:
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))
-
-# Function that computes the likelihood of an object's densities. It takes the belief before the measurement, because
-# the size of errors that grow with torque depends on it.
-type FindOneLikelihood = Callable[[DensityBelief], Likelihood]
 
 
 def show_density(density: float) -> str:

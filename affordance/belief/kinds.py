@@ -1,7 +1,10 @@
 """State of a learner with kinds: groups of objects within a colour, for B observers at once.
 
-A colour has one or more kinds, each with a mean density. The means of all kinds have one joint normal distribution,
-stored in information form. A thing belongs to one kind in each of its colours.
+A colour has one or more kinds, each with a mean density. A thing belongs to one kind in each of its colours. If it
+changes its kind, another object that looks the same is taken to be in the hand: a specimen is what was felt of a
+thing while it was of the same kinds, and it has deviations of its own. Earlier holds stay with the earlier kind, and
+count again if the thing returns to it. The belief about the means of all kinds is the posterior given all holds and
+these memberships (``exact``).
 
 After a lift, kinds without things are removed. Two kinds of a colour are merged if they are twins: their mean
 densities differ, with a probability above one half, by less than the scatter of objects within a material, which is
@@ -19,18 +22,23 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from affordance.arrays import Array, Mask
+from affordance.belief.exact import compute_posterior
+from affordance.belief.holds import Holds, keep_holds, start_holds
 from affordance.belief.learner import Seen, State
 from affordance.belief.normals import Normals
-from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, make_room, pad, start_felt
+from affordance.belief.rows import make_room, pad, put_rows, take_rows
 
-# Arrays of K kinds, (B, K, ...): index of the colour, True if the place holds a kind, precision and information
-# vector of the mean densities, and mean and SD of each kind before its first lift, [kg/m^3].
-OF_KINDS = ("kind_colour", "is_kind", "precision", "information", "kind_mean", "kind_sd")
+# Arrays of K kinds, (B, K, ...): index of the colour, True if the place holds a kind, mean and SD of each kind before
+# its first lift, and mean and covariance of the mean densities that follow from all holds, [kg/m^3].
+OF_KINDS = ("kind_colour", "is_kind", "kind_mean", "kind_sd", "mean", "covariance")
 # Arrays of T things, (B, T, C, ...), with a column for each colour: index of the kind; number n of consecutive lifts,
 # up to the last one, in which the thing belonged to this kind; probability of the kind after the last lift; and, for
 # columns outside the most populous kind, the belief about the thing's own densities, [kg/m^3].
 OF_THINGS = ("thing_kind", "num_lifts", "probability", "is_own", "own_mean", "own_covariance")
-_OF_THINGS = (*OF_THINGS, FELT_PRECISION, FELT_INFORMATION)
+# Arrays of S specimens, which are the things of ``holds``: number of the thing plus one, (B, S), and index of the
+# kind plus one for each of its colours, (B, S, C); zero where there is none.
+OF_SPECIMENS = ("specimen_thing", "specimen_kind")
+_NO_SPECIMENS = dict(zip(OF_SPECIMENS, ((0,), (0, 0)), strict=True))
 
 
 class KindPrior(NamedTuple):
@@ -46,10 +54,10 @@ def start_kinds(num_colours: int, prior: KindPrior) -> State:
     of_kinds: State = {
         "kind_colour": np.tile(np.arange(K), (size, 1)),
         "is_kind": np.ones((size, K), dtype=bool),
-        "precision": prior.sd[:, None, None] ** -2.0 * np.eye(K),
-        "information": np.tile((prior.mean / prior.sd**2)[:, None], (1, K)),
         "kind_mean": np.tile(prior.mean[:, None], (1, K)),
         "kind_sd": np.tile(prior.sd[:, None], (1, K)),
+        "mean": np.tile(prior.mean[:, None], (1, K)),
+        "covariance": prior.sd[:, None, None] ** 2 * np.eye(K),
     }
     of_things: State = {
         "thing_kind": np.zeros((size, 0, 0), dtype=np.intp),
@@ -59,18 +67,66 @@ def start_kinds(num_colours: int, prior: KindPrior) -> State:
         "own_mean": np.zeros((size, 0, 0)),
         "own_covariance": np.zeros((size, 0, 0, 0)),
     }
-    return {**of_kinds, **of_things, **start_felt(size)}
+    specimens: State = {name: np.zeros((size, *shape), dtype=np.intp) for name, shape in _NO_SPECIMENS.items()}
+    return {**of_kinds, **of_things, **specimens, **start_holds(size)}
 
 
 def make_room_for_thing(state: State, seen: Seen) -> State:
     """Returns the state with room for a thing in every array of things."""
-    return make_room(state, _OF_THINGS, seen)
+    return make_room(state, OF_THINGS, seen)
 
 
 def believe_kinds(state: State) -> Normals:
     """Returns the belief about the mean densities of K kinds, (B, K); places without a kind are N(0, 1)."""
     absent = np.eye(state["is_kind"].shape[1]) * ~state["is_kind"][:, None, :]
-    return Normals.from_information(state["precision"] + absent, state["information"])
+    return Normals(state["mean"], state["covariance"] + absent)
+
+
+def find_specimens(state: State, things: NDArray[np.intp]) -> tuple[State, NDArray[np.intp]]:
+    """Finds the specimen of each observer's thing with its present kinds, (B,); a new one is added to the state."""
+    rows = np.arange(len(things))
+    key = np.where(state["num_lifts"][rows, things] > 0, state["thing_kind"][rows, things] + 1, 0)  # (B, C)
+    kinds = pad(state["specimen_kind"], (state["specimen_kind"].shape[1], key.shape[1]))
+    same = (state["specimen_thing"] == things[:, None] + 1) & (kinds == key[:, None]).all(axis=2)
+    count = (state["specimen_thing"] > 0).sum(axis=1)
+    place = np.where(same.any(axis=1), same.argmax(axis=1) if same.shape[1] else 0, count)
+    room = max(same.shape[1], int(place.max(initial=-1)) + 1)
+    of_thing, kinds = pad(state["specimen_thing"], (room,)).copy(), pad(kinds, (room, key.shape[1])).copy()
+    of_thing[rows, place], kinds[rows, place] = things + 1, key
+    return {**state, "specimen_thing": of_thing, "specimen_kind": kinds}, place
+
+
+def infer_kinds(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
+    """Computes the belief about all kinds from all holds, in the state, and that about one thing of each, (B, C)."""
+    is_kind, (state, specimens) = state["is_kind"], find_specimens(state, things)
+    sd = np.where(is_kind, state["kind_sd"], 1.0)
+    prior = Normals(state["kind_mean"], sd[..., None] ** 2 * np.eye(sd.shape[1]))
+    kinds = state["specimen_kind"]
+    found = compute_posterior(
+        prior, Holds.of(state), np.maximum(kinds - 1, 0), kinds > 0, state["deviation"], specimens
+    )
+    both = is_kind[:, :, None] & is_kind[:, None, :]
+    covariance = np.where(both, found.means.covariance, 0.0)
+    assert found.own is not None
+    return {**state, "mean": np.where(is_kind, found.means.mean, 0.0), "covariance": covariance}, found.own
+
+
+def keep_specimens(state: State, kept: Mask) -> State:
+    """Returns the state with some specimens, (B, S), and their holds, moved to the first places."""
+    if not kept.size:
+        return state
+    order = np.argsort(~kept, axis=1, kind="stable")
+    rows, places = np.arange(len(order))[:, None], np.argsort(order, axis=1)
+    held = (state["hold_count"] > 0) & np.take_along_axis(kept, state["hold_thing"], axis=1)
+    state = {**state, "hold_thing": np.where(held, np.take_along_axis(places, state["hold_thing"], axis=1), 0)}
+    is_there = np.take_along_axis(kept, order, axis=1)
+    room = int(kept.sum(axis=1).max(initial=0))
+    order, is_there = order[:, :room], is_there[:, :room]
+    specimens = {
+        "specimen_thing": np.where(is_there, state["specimen_thing"][rows, order], 0),
+        "specimen_kind": np.where(is_there[..., None], state["specimen_kind"][rows, order], 0),
+    }
+    return {**keep_holds(state, held), **specimens}
 
 
 def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDArray[np.intp]:
@@ -106,43 +162,56 @@ def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior],
     state["is_kind"][:, K:] = is_kind
     for place, prior in enumerate(priors):
         there = is_kind[:, place]
-        values = {"information": prior.mean / prior.sd**2, "kind_mean": prior.mean, "kind_sd": prior.sd}
+        values = {"mean": prior.mean, "kind_mean": prior.mean, "kind_sd": prior.sd}
         for name, value in values.items():
             state[name][:, K + place] = np.where(there, value, 0.0)
-        state["precision"][:, K + place, K + place] = np.where(there, prior.sd**-2, 0.0)
+        state["covariance"][:, K + place, K + place] = np.where(there, prior.sd**2, 0.0)
     return state
 
 
-def tidy(state: State) -> State:
-    """Removes kinds without things, merges twins, and drops own densities of ordinary things; O(K^3) in all."""
+def tidy(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
+    """Removes kinds without things, computes the belief, and merges twins, after these things were held, (B,).
+
+    Returns: The state, without own densities of ordinary things, and the belief about each observer's thing, (B, C).
+    """
     counts, same = count_things(state), _mark_same_colours(state)
     # A colour that was seen but never lifted keeps its kind, which has no things.
     is_lifted = (same & (counts > 0)[:, None, :]).any(axis=2)
-    state = remove_kinds(state, state["is_kind"] & is_lifted & (counts == 0))
+    state = close_gaps(remove_kinds(state, state["is_kind"] & is_lifted & (counts == 0)))
+    state, own = infer_kinds(state, things)
     left = np.flatnonzero(_mark_same_colours(state).sum(axis=(1, 2)) > state["is_kind"].sum(axis=1))
     while len(left):
         one, other, are_twins = find_twins({name: state[name][left] for name in (*OF_KINDS, "deviation")})
         left = left[are_twins]
-        state = merge(state, left, one[are_twins], other[are_twins])
-    state = close_gaps(state)
+        if len(left):
+            state = close_gaps(merge(state, left, one[are_twins], other[are_twins]))
+            part, of_part = infer_kinds(take_rows(state, left), things[left])
+            state = put_rows(state, left, part)
+            own.mean[left], own.covariance[left] = of_part.mean, of_part.covariance
     counts = count_things(state)
     is_larger = counts[:, None, :] > counts[:, :, None]
     is_older = (counts[:, None, :] == counts[:, :, None]) & np.tri(counts.shape[1], k=-1, dtype=bool)
     is_second = (_mark_same_colours(state) & (is_larger | is_older)).any(axis=2)
-    return _forget_own(state, np.take_along_axis(is_second[:, None, :], state["thing_kind"], axis=2))
+    is_odd = np.take_along_axis(is_second[:, None, :], state["thing_kind"], axis=2)
+    rows, m = np.arange(len(things)), state["is_own"].shape[2]
+    state = {**state, **{name: state[name].copy() for name in ("own_mean", "own_covariance")}}
+    state["own_mean"][rows, things] = own.mean[:, :m]
+    state["own_covariance"][rows, things] = own.covariance[:, :m, :m]
+    return _forget_own(state, is_odd), own
 
 
 def remove_kinds(state: State, removed: Mask) -> State:
-    """Returns the state with some kinds, (B, K), marginalised; no thing may belong to them."""
-    if not removed.any():
-        return state
+    """Returns the state without some kinds, (B, K), and what was felt of them; no thing may belong to them."""
     state = _copy_kinds(state)
-    precision, information = state["precision"], state["information"]
+    kinds = state["specimen_kind"]
+    gone = (
+        np.take_along_axis(removed[:, None], np.maximum(kinds - 1, 0), axis=2) & (kinds > 0)
+        if kinds.size
+        else kinds > 0
+    )
+    state = keep_specimens(state, (state["specimen_thing"] > 0) & ~gone.any(axis=2))
     for kind in np.flatnonzero(removed.any(axis=0)):
         rows = np.flatnonzero(removed[:, kind])
-        column, own = precision[rows, :, kind], precision[rows, kind, kind][:, None]
-        information[rows] -= column * information[rows, kind][:, None] / own
-        precision[rows] -= column[:, :, None] * (column / own)[:, None, :]
         _clear(state, rows, np.full(len(rows), kind))
     return state
 
@@ -167,25 +236,26 @@ def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
 
 
 def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: NDArray[np.intp]) -> State:
-    """Merges two kinds of some observers into the older one.
+    """Merges two kinds of some observers into the older one, as if all their things had always belonged to it.
 
-    The result is the belief as if all their things had belonged to one kind from the start.
+    The belief about the kinds must be computed again.
     """
-    if not len(rows):
-        return state
     state = _copy_kinds(state)
-    precision, information, mean, sd = (state[name] for name in ("precision", "information", "kind_mean", "kind_sd"))
-    # Both densities become one. This counts two priors, so the prior of the merged kind is subtracted.
-    precision[rows, kept] += precision[rows, merged]
-    precision[rows, :, kept] += precision[rows, :, merged]
-    information[rows, kept] += information[rows, merged]
-    precision[rows, kept, kept] -= sd[rows, merged] ** -2
-    information[rows, kept] -= mean[rows, merged] / sd[rows, merged] ** 2
     _clear(state, rows, merged)
     of_merged = state["thing_kind"][rows] == merged[:, None, None]
     state["thing_kind"] = state["thing_kind"].copy()
     state["thing_kind"][rows] = np.where(of_merged, kept[:, None, None], state["thing_kind"][rows])
-    return state
+    kinds = state["specimen_kind"].copy()
+    kinds[rows] = np.where(kinds[rows] == merged[:, None, None] + 1, kept[:, None, None] + 1, kinds[rows])
+    # Two specimens of a thing that are of the same kinds now are one.
+    of_thing = state["specimen_thing"]
+    if not of_thing.size:
+        return state
+    same = (of_thing[:, :, None] == of_thing[:, None]) & (kinds[:, :, None] == kinds[:, None]).all(axis=3)
+    first = same.argmax(axis=2)
+    holds = np.take_along_axis(first, state["hold_thing"], axis=1)
+    is_first = (of_thing > 0) & (first == np.arange(first.shape[1]))
+    return keep_specimens({**state, "specimen_kind": kinds, "hold_thing": holds}, is_first)
 
 
 def close_gaps(state: State) -> State:
@@ -194,15 +264,22 @@ def close_gaps(state: State) -> State:
     order = np.argsort(~is_kind, axis=1, kind="stable")
     rows, places = np.arange(len(order))[:, None], np.argsort(order, axis=1)
     order = order[:, : int(is_kind.sum(axis=1).max(initial=0))]
-    closed = {name: state[name][rows, order] for name in OF_KINDS if name != "precision"}
-    closed["precision"] = state["precision"][rows[:, :, None], order[:, :, None], order[:, None, :]]
-    kinds = places[rows[:, :, None], state["thing_kind"]] if places.shape[1] else state["thing_kind"]
-    return {**state, **closed, "thing_kind": np.where(state["num_lifts"] > 0, kinds, 0)}
+    closed = {name: state[name][rows, order] for name in OF_KINDS if name != "covariance"}
+    closed["covariance"] = state["covariance"][rows[:, :, None], order[:, :, None], order[:, None, :]]
+    kinds, specimens = state["thing_kind"], state["specimen_kind"]
+    if places.shape[1]:
+        kinds = places[rows[:, :, None], kinds]
+        specimens = np.where(specimens > 0, places[rows[:, :, None], np.maximum(specimens - 1, 0)] + 1, 0)
+    return {**state, **closed, "thing_kind": np.where(state["num_lifts"] > 0, kinds, 0), "specimen_kind": specimens}
 
 
 def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) -> State:
     """Returns the state of the selected colours, renumbered in order, and of things that have no other colour."""
-    state = {**state, **{name: state[name][:, list(things)] for name in _OF_THINGS}}
+    places = np.zeros(state["is_own"].shape[1] + 1, dtype=np.intp)
+    places[[thing + 1 for thing in things]] = np.arange(1, len(things) + 1)
+    state = {**state, "specimen_thing": places[state["specimen_thing"]]}
+    state = keep_specimens(state, state["specimen_thing"] > 0)
+    state = {**state, **{name: state[name][:, list(things)] for name in OF_THINGS}}
     remains = mark_kinds(state, colours).any(axis=1)
     state = close_gaps(remove_kinds(state, state["is_kind"] & ~remains))
     numbers = np.zeros(max([*colours, -1]) + 1, dtype=np.intp)
@@ -232,8 +309,6 @@ def _copy_kinds(state: State) -> State:
 
 def _clear(state: State, rows: NDArray[np.intp], kinds: NDArray[Any]) -> None:
     """Sets the place of a kind to zero in some rows."""
-    state["precision"][rows, kinds] = 0.0
-    state["precision"][rows, :, kinds] = 0.0
+    state["covariance"][rows, :, kinds] = 0.0
     for name in OF_KINDS:
-        if name != "precision":
-            state[name][rows, kinds] = 0
+        state[name][rows, kinds] = 0

@@ -9,13 +9,14 @@ kind z. Then
 
 A hypothesis h assigns a kind to each colour of the object. Under h the object's densities are S_h rho + delta, where
 S_h selects these kinds, delta ~ N(0, diag(kappa rho_hat)^2), and rho_hat are the kinds' means before the lift. The
-evidence of the measured torques has a closed form, and p(h) is proportional to prior times evidence. Only the present
-lift counts: if evidence of oddness were accumulated over lifts, every object would end up as a kind of its own.
+evidence of the measured torques is that of Laplace's method, and p(h) is proportional to prior times evidence. Only
+the present lift counts: if evidence of oddness were accumulated over lifts, every object would end up as a kind of
+its own.
 
 A further kind of a colour has a density N(ref, (s ref)^2), where ref = sqrt(mean^2 + variance) is the root mean
 square density of the colour's most populous kind. There is no absolute scale, so the odds do not change if all
 densities are scaled. Since the density of a new kind is unknown before the lift, its breadth is kappa times its
-posterior density under the hypothesis; the size of errors is evaluated in the same way. The first kind of a colour
+posterior density under the hypothesis. The first kind of a colour
 has the prior of all materials. Once adopted, a new kind starts with an SD of s times its density; the first kind's SD
 is at least the prior's.
 
@@ -31,19 +32,20 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array, Mask
 from affordance.belief.density_belief import DENSITY_FLOOR
+from affordance.belief.holds import Felt, add_hold
 from affordance.belief.kinds import (
     KindPrior,
     add_kinds,
     believe_kinds,
     count_things,
     find_most_populous,
+    find_specimens,
     mark_kinds,
     tidy,
 )
-from affordance.belief.learner import FindLikelihood, Lesson, Seen, State
+from affordance.belief.learner import Lesson, Seen, State
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
-from affordance.belief.rows import get_felt, set_felt
 
 # Relative change in density below which the breadth of a new kind has converged; largest number of passes.
 _SETTLED, _MAX_PASSES = 1e-5, 50
@@ -175,7 +177,7 @@ def list_hypotheses(state: State, seen: Seen) -> Hypotheses:
     return Hypotheses(observers, kinds, probability[observers, chosen], densities, founded)
 
 
-def weigh(state: State, seen: Seen, find_likelihood: FindLikelihood) -> Verdicts:
+def weigh(state: State, seen: Seen, felt: Felt) -> Verdicts:
     """Computes posterior probabilities of all hypotheses about an object from what is felt.
 
     The evidence is that of unrestricted normal distributions, as for a trial's p-value. Each hypothesis about m
@@ -185,9 +187,7 @@ def weigh(state: State, seen: Seen, find_likelihood: FindLikelihood) -> Verdicts
     new, _ = predict_new(state, seen.colours)
     everywhere = np.ones((len(seen.things), len(seen.colours)), dtype=bool)
     hypotheses = list_hypotheses(add_kinds(state, seen.colours, new, everywhere), seen)
-    hypotheses, likelihood, posterior = settle_breadth(
-        hypotheses, find_likelihood, state["kappa"][hypotheses.observers]
-    )
+    hypotheses, likelihood, posterior = settle_breadth(hypotheses, felt, state["kappa"][hypotheses.observers])
     log_evidence = hypotheses.densities.compute_log_evidence(likelihood, posterior)
     log_weights = np.log(hypotheses.probability) + log_evidence
     first = np.searchsorted(hypotheses.observers, np.arange(len(seen.things)))
@@ -196,9 +196,7 @@ def weigh(state: State, seen: Seen, find_likelihood: FindLikelihood) -> Verdicts
     return Verdicts(hypotheses, probability, log_evidence, likelihood, posterior)
 
 
-def settle_breadth(
-    hypotheses: Hypotheses, find_likelihood: FindLikelihood, kappa: Array
-) -> tuple[Hypotheses, Likelihood, Normals]:
+def settle_breadth(hypotheses: Hypotheses, felt: Felt, kappa: Array) -> tuple[Hypotheses, Likelihood, Normals]:
     """Evaluates the breadth of new kinds at the posterior density under each hypothesis, by iteration.
 
     Each pass uses the density of the previous pass; the first uses the density before the lift. If the object is
@@ -215,7 +213,7 @@ def settle_breadth(
     likelihood, posterior = None, Normals(np.zeros_like(mean), np.zeros_like(covariance))
     for _ in range(_MAX_PASSES):
         belief = Normals(mean[left], covariance[left])
-        found = find_likelihood(belief, observers[left])
+        found = felt.find_likelihood(belief, observers[left])
         after = belief.condition(found)
         likelihood = found if likelihood is None else likelihood.put(left, found)
         posterior.mean[left], posterior.covariance[left] = after.mean, after.covariance
@@ -231,79 +229,45 @@ def settle_breadth(
     return hypotheses._replace(densities=Normals(mean, covariance)), likelihood, posterior
 
 
-def adopt(
-    state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp], find_likelihood: FindLikelihood
-) -> Lesson:
-    """Learns from the lift under the verdict of ``weigh`` chosen for each observer (its index), (B,)."""
+def adopt(state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp], felt: Felt) -> Lesson:
+    """Learns from the lift under the verdict of ``weigh`` chosen for each observer (its index), (B,).
+
+    If the kinds of the object change, its earlier holds stay with its earlier kinds.
+    """
     hypotheses, rows, m = verdicts.hypotheses, np.arange(len(chosen)), len(seen.colours)
-    kinds, founded, belief = hypotheses.kinds[chosen], hypotheses.founded[chosen], hypotheses.densities.take(chosen)
-    likelihood, posterior = verdicts.likelihood.take(chosen), verdicts.posterior.take(chosen)
-    first_new = state["is_kind"].shape[1]
-    least = np.where(founded, 0.0, state["prior_sd"][:, None])
-    belief, likelihood, posterior = _start_broadly(
-        belief, likelihood, posterior, kinds >= first_new, least, find_likelihood, state["spread"]
-    )
+    kinds = hypotheses.kinds[chosen]
     is_adopted = hypotheses.kinds == kinds[hypotheses.observers]
     first = np.searchsorted(hypotheses.observers, rows)
     probability = np.add.reduceat(np.where(is_adopted, verdicts.probability[:, None], 0.0), first, axis=0)
-    variances = np.diagonal(belief.covariance, axis1=1, axis2=2)
-    starts = [KindPrior(belief.mean[:, i], np.sqrt(variances[:, i])) for i in range(m)]
-    state = add_kinds(state, seen.colours, starts, kinds >= first_new)
+    is_new = kinds >= state["is_kind"].shape[1]
+    state = add_kinds(state, seen.colours, _start_broadly(state, verdicts, chosen), is_new)
     thing = rows, seen.things
     lifts = state["num_lifts"][thing][:, :m]
     same = (lifts > 0) & (state["thing_kind"][thing][:, :m] == kinds)
-    # If the kinds changed, so did the deviation from them: earlier lifts say nothing about the new one.
-    stays = same.all(axis=1).astype(float)
-    felt = get_felt(state, seen)
-    felt = felt._replace(
-        precision=felt.precision * stays[:, None, None], information_vector=felt.information_vector * stays[:, None]
-    )
-    added = likelihood.marginalise_deviation(state["deviation"], felt).embed(kinds, state["is_kind"].shape[1])
-    state = set_felt(state, seen, likelihood.add(felt))
-    state["precision"] = state["precision"] + added.precision
-    state["information"] = state["information"] + added.information_vector
     values = {
         "thing_kind": kinds,
         "num_lifts": np.where(same, lifts, 0) + 1,
         "probability": probability,
         "is_own": True,
-        "own_mean": posterior.mean,
     }
     for name, value in values.items():
         state[name] = state[name].copy()
         state[name][*thing, :m] = value
-    state["own_covariance"] = state["own_covariance"].copy()
-    state["own_covariance"][*thing, :m, :m] = posterior.covariance
-    return Lesson(tidy(state), posterior, likelihood)
+    state, specimens = find_specimens(state, seen.things)
+    state, own = tidy(add_hold(state, Seen(seen.colours, specimens), felt), seen.things)
+    return Lesson(state, own.select(range(m)), verdicts.likelihood.take(chosen))
 
 
-def _start_broadly(
-    belief: Normals,
-    likelihood: Likelihood,
-    posterior: Normals,
-    is_new: Mask,
-    least: Array,
-    find_likelihood: FindLikelihood,
-    spread: Array,
-) -> tuple[Normals, Likelihood, Normals]:
-    """Sets the SD of new kinds to at least s times the larger of reference and posterior, and conditions again.
+def _start_broadly(state: State, verdicts: Verdicts, chosen: NDArray[np.intp]) -> list[KindPrior]:
+    """Returns the prior of a new kind of each colour: an SD of s times the larger of reference and density felt.
 
     The adopted hypothesis no longer has to pass the gate. With an SD of s times the reference alone, an object many
     times as dense would be underestimated in lift after lift. The SD of a colour's first kind is at least the
     prior's; with the prior's SD alone, dense materials would be underestimated by a fraction that light ones would
     not.
     """
-    rows = np.flatnonzero(is_new.any(axis=1))
-    if not len(rows):
-        return belief, likelihood, posterior
-    mean, covariance = belief.mean, belief.covariance.copy()
-    largest = np.maximum(spread[rows, None] * np.maximum(mean, posterior.mean)[rows], least[rows])
-    diagonal = np.diagonal(covariance, axis1=1, axis2=2)[rows]
-    changes = np.where(is_new[rows], largest**2 - diagonal, 0.0)
-    covariance[rows] += np.eye(mean.shape[1]) * changes[:, None, :]
-    belief = Normals(mean, covariance)
-    found = find_likelihood(belief.take(rows), rows)
-    after = belief.take(rows).condition(found)
-    posterior = Normals(posterior.mean.copy(), posterior.covariance.copy())
-    posterior.mean[rows], posterior.covariance[rows] = after.mean, after.covariance
-    return belief, likelihood.put(rows, found), posterior
+    hypotheses = verdicts.hypotheses
+    mean, after = hypotheses.densities.mean[chosen], verdicts.posterior.mean[chosen]
+    least = np.where(hypotheses.founded[chosen], 0.0, state["prior_sd"][:, None])
+    sd = np.maximum(state["spread"][:, None] * np.maximum(mean, after), least)
+    return [KindPrior(mean[:, i], sd[:, i]) for i in range(mean.shape[1])]

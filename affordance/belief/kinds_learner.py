@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from affordance.arguments import check_member
 from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
+from affordance.belief.holds import Felt
 from affordance.belief.kinds import (
     KindPrior,
     add_kinds,
@@ -29,10 +30,8 @@ from affordance.belief.kinds import (
     start_kinds,
 )
 from affordance.belief.kinds_gate import Verdicts, adopt, predict_densities, weigh
-from affordance.belief.learner import Draws, FindLikelihood, Groups, Learner, Lesson, Seen, State, describe_start
-from affordance.belief.likelihood import Likelihood
+from affordance.belief.learner import Draws, Groups, Learner, Lesson, Seen, State, describe_start
 from affordance.belief.normals import Normals
-from affordance.belief.rows import get_felt
 from affordance.files.constraints import Setting, Within
 
 # Bounds of the gate's parameters, dimensionless.
@@ -46,9 +45,9 @@ class Pick(enum.Enum):
     DRAWN = "drawn"  # a random one, drawn with its posterior probability, to simulate people
 
 
-# Breadth of a category divided by its mean density, fitted to two groups of people for each way to pick: 0.224 (95 %
-# interval 0.192 to 0.248) and 0.254 (0.196 to 0.310); `affordance study people`, docs/decisions/0026-kinds.md.
-KAPPA = {Pick.MAP: 0.22, Pick.DRAWN: 0.25}
+# Breadth of a category divided by its mean density, fitted once to two groups of people for each way to pick, on
+# 2026-11-29: 0.204 (95 % interval 0.170 to 0.242) and 0.215 (0.162 to 0.256); docs/decisions/0026-kinds.md.
+KAPPA = {Pick.MAP: 0.20, Pick.DRAWN: 0.22}
 _LABELS = {Pick.MAP: "kinds, most probable", Pick.DRAWN: "kinds, drawn"}
 
 
@@ -143,15 +142,14 @@ class Kinds(Learner):
         return predict_densities(state, seen, everyone, kinds, scatter_sd)
 
     @override
-    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+    def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
         """Infers the kinds of the object, and updates them with the lift.
 
-        The cost is that of weighing all hypotheses (``kinds_gate``) plus O(K^3) for K kinds, and does not grow with
-        the number of lifts.
+        The cost is that of weighing all hypotheses (``kinds_gate``) and of the posterior given all different holds.
         """
         state = make_room_for_thing(state, seen)
-        verdicts = weigh(state, seen, find_likelihood)
-        return adopt(state, seen, verdicts, self.pick_verdicts(verdicts, len(seen.things), rng), find_likelihood)
+        verdicts = weigh(state, seen, felt)
+        return adopt(state, seen, verdicts, self.pick_verdicts(verdicts, len(seen.things), rng), felt)
 
     def pick_verdicts(self, verdicts: Verdicts, size: int, rng: Draws) -> NDArray[np.intp]:
         """Picks one verdict for each of B observers; returns its index among all verdicts, (B,)."""
@@ -180,11 +178,6 @@ class Kinds(Learner):
     @override
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
         return select_colours(state, colours, things)
-
-    @override
-    def get_felt(self, state: State, seen: Seen) -> Likelihood | None:
-        felt = get_felt(state, seen)
-        return felt if felt.precision.any() else None
 
     @override
     def group(self, state: State) -> Groups:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
+from affordance.belief.holds import Felt
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
 from affordance.belief.prior import Prior
@@ -31,22 +32,6 @@ class Draws(Protocol):
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
         """Draws standard normal numbers; the first dimension is that of observers."""
-
-
-class FindLikelihood(Protocol):
-    """Function that computes the likelihood of what is felt of an object.
-
-    Errors that grow with torque are evaluated at the posterior densities, so the likelihood depends on the belief
-    before the lift.
-    """
-
-    def __call__(self, normals: Normals, observers: NDArray[np.intp] | None = None) -> Likelihood:
-        """Computes the likelihoods for N beliefs about an object's m densities.
-
-        Args:
-            normals: Beliefs before the lift, (N, m).
-            observers: Number of the observer who holds each belief, (N,); None if belief b belongs to observer b.
-        """
 
 
 class Lesson(NamedTuple):
@@ -116,11 +101,8 @@ class Learner(ABC):
         return tuple(_list_values(self.parameters))
 
     @property
-    def sums_evidence(self) -> bool:
-        """True if the belief about means is the prior plus a sum of independent evidence from each lifted object.
-
-        The evidence from a single object can then be left out.
-        """
+    def is_exact(self) -> bool:
+        """True if the belief is the posterior given all holds, whose objects belong to known kinds."""
         return False
 
     def change(self, **parameters: Any) -> Self:
@@ -178,13 +160,13 @@ class Learner(ABC):
         """Returns the belief about the m densities of the seen object itself before a lift, (B, m)."""
 
     @abstractmethod
-    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+    def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
         """Learns from a lift; returns the new state, and the belief about the object's own densities.
 
         Args:
             state: State of the observers before the lift.
             seen: Lifted object.
-            find_likelihood: Function that computes the likelihood of the object's densities from a belief about them.
+            felt: What was felt; its method ``find_likelihood`` computes the likelihood of the object's densities.
             rng: Random numbers; each discrete choice draws one uniform number per observer.
         """
 
@@ -209,10 +191,6 @@ class Learner(ABC):
             things: Numbers of the selected objects, which have no other colours.
         """
         raise AffordanceError(f"{self.name} has to forget a colour, which needs a method 'select'")
-
-    def get_felt(self, state: State, seen: Seen) -> Likelihood | None:
-        """Returns the summed likelihood of a seen object's own densities; None if the learner does not store it."""
-        return None
 
     def group(self, state: State) -> Groups:
         """Returns the groups of objects that the learner distinguishes: one for each colour unless overridden."""

@@ -71,57 +71,6 @@ class Likelihood(NamedTuple):
             self.num_values + other.num_values,
         )
 
-    def estimate_densities(self) -> Array:
-        """Estimates the densities from these data alone, (..., M), [kg/m^3].
-
-        Where the data determine every density, this is the maximum likelihood estimate. Where they do not (one
-        torque, for example, shows only a weighted sum of two densities), the estimate stays close to a density r that
-        is common to all parts: it is the posterior mean under N(r, r'^2) for each density. Here r is the common
-        density that fits best, and r' is the root mean square of what the data say about it. An SD equal to the
-        density is the least informative choice for a positive density with a known mean. The estimate depends on the
-        summed data only, not on their order or on any belief, and it scales with the densities.
-        """
-        P, q = self.precision, self.information_vector
-        largest = np.trace(P, axis1=-2, axis2=-1)
-        # A weighted sum that vanishes for equal densities says nothing about a common density.
-        common = np.maximum(P.sum(axis=(-2, -1)), np.maximum(SEEN * largest, np.finfo(float).tiny))
-        mean: Array = q.sum(axis=-1) / common
-        if q.shape[-1] == 1:
-            return np.asarray(mean[..., None])
-        weight = np.where(largest > 0.0, common / (common * mean**2 + 1.0), 1.0)
-        widened = P + weight[..., None, None] * np.eye(q.shape[-1])
-        estimate: Array = np.linalg.solve(widened, (q + (weight * mean)[..., None])[..., None])[..., 0]
-        return estimate
-
-    def marginalise_deviation(self, deviation: float | Array, earlier: "Likelihood | None" = None) -> "Likelihood":
-        """Returns the likelihood of material means mu with rho = mu + delta, delta ~ N(0, diag(deviation rho_hat)^2).
-
-        rho_hat is ``estimate_densities`` from these data alone, so the likelihood does not depend on what was learned
-        before. The error of rho_hat matters little: where the data determine a density, it is at most about as large
-        as the error of the data, which the likelihood includes anyway. The constant is dropped, because the evidence
-        of a trial is computed from the object's own densities.
-
-        Args:
-            deviation: Scatter of objects within a material, as a fraction of the density: one number, or one for each
-                entry along the leading dimensions.
-            earlier: Sum of the likelihoods of earlier trials with the same object, which has the same delta in all
-                trials. The result is then the contribution of this trial: the marginal likelihood of all trials
-                divided by that of the earlier ones. Its precision may be negative, as a trial may show that the
-                object is denser than expected.
-        """
-        if earlier is not None:
-            after, before = (
-                self.add(earlier).marginalise_deviation(deviation),
-                earlier.marginalise_deviation(deviation),
-            )
-            precision = after.precision - before.precision
-            return Likelihood(precision, after.information_vector - before.information_vector, np.nan)
-        P, q, rho = self.precision, self.information_vector, self.estimate_densities()
-        variance = (np.asarray(deviation)[..., None] * rho) ** 2
-        spread = np.eye(q.shape[-1]) + P * variance[..., None, :]
-        precision, information_vector = np.linalg.solve(spread, P), np.linalg.solve(spread, q[..., None])[..., 0]
-        return Likelihood(0.5 * (precision + np.swapaxes(precision, -1, -2)), information_vector, np.nan)
-
 
 @dataclass(frozen=True)
 class Quadratic:

@@ -5,7 +5,7 @@ brass-coloured objects. A colour that was never seen before has the broad prior.
 returns a new one. It contains its learner, so code that uses a memory need not know which learner it is.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -14,21 +14,20 @@ import numpy as np
 
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
-from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
+from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index, find_material
 from affordance.belief.density_belief import (
     EMPTY_BELIEF,
     Density,
     DensityBelief,
-    FindOneLikelihood,
     summarise_density,
 )
-from affordance.belief.felt_object import AtHand, FeltObject, Thing
+from affordance.belief.felt_object import AtHand, Thing
+from affordance.belief.holds import Felt
 from affordance.belief.learner import Groups, Learner, Seen, State, describe_prior
 from affordance.belief.learners import DENSITY, check_learner
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.normals import Normals
+from affordance.belief.one_density import OneDensity
 from affordance.belief.prior import Prior
-from affordance.belief.rows import set_felt
 from affordance.exceptions import BadArgumentError
 from affordance.files.html_table import build_table
 from affordance.objects.appearance import PartAppearance, is_same_object
@@ -36,6 +35,8 @@ from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
 from affordance.runs.random_streams import ObserverDraws
 
+# Number of trials that are added to a state at once.
+_BATCH = 10_000
 _CERTAIN_SD = 1e-3  # standard deviation of a known density, [kg/m^3]
 
 
@@ -46,7 +47,6 @@ class Recollection(NamedTuple):
     densities: DensityBelief  # belief about its m densities, one for each colour
     colours: tuple[int, ...]  # index of each of its colours in the memory
     columns: tuple[int, ...]  # index of each part's density among those of the object
-    felt: FeltObject | None = None  # likelihoods from earlier lifts of this object; None if it was never lifted
 
 
 class Lesson(NamedTuple):
@@ -130,15 +130,12 @@ class MaterialMemory:
         return cls.from_belief(colours, belief)
 
     @classmethod
-    def from_belief(
-        cls, colours: Sequence[Colour], belief: DensityBelief, felt: Sequence[FeltObject] = ()
-    ) -> "MaterialMemory":
-        """Builds a memory with one density for each colour from a belief about the mean densities.
+    def from_belief(cls, colours: Sequence[Colour], belief: DensityBelief) -> "MaterialMemory":
+        """Builds a memory with one density for each colour, which starts from a belief about the mean densities.
 
         Args:
             colours: Colour of each density in the belief.
             belief: Belief about the mean densities.
-            felt: Objects whose evidence the belief already contains.
 
         Raises:
             BadArgumentError: The belief has another number of densities than there are colours.
@@ -147,13 +144,9 @@ class MaterialMemory:
         if belief.size != len(colours):
             problem = f"is about {belief.size} densities, must be about {len(colours)}, one for each colour"
             raise BadArgumentError("belief", "", problem)
-        memory = cls()._start(tuple(colours), Prior())
-        precision, information = belief.precision[None].copy(), belief.information_vector[None].copy()
-        state = {**memory.state, "precision": precision, "information": information}
-        things = tuple(Thing(each.appearance, tuple(map(memory.colours.index, each.colours))) for each in felt)
-        for number, (thing, each) in enumerate(zip(things, felt, strict=True)):
-            state = set_felt(state, Seen(thing.colours, np.array([number])), each.own)
-        return replace(memory, state=state, things=things)
+        if not colours:
+            return cls()
+        return cls()._start(tuple(colours), Prior()).set_prior(belief)
 
     @cached_property
     def belief(self) -> DensityBelief:
@@ -235,6 +228,15 @@ class MaterialMemory:
 
         The appearance is compared with that of every lifted object. The prior is that of materials never met.
         """
+        memory, columns = self._look_at(appearance, prior)
+        assert memory.at_hand is not None
+        densities = DensityBelief.from_normals(memory.learner.expect(memory.state, memory.at_hand.seen))
+        return Recollection(memory, densities, memory.at_hand.thing.colours, columns)
+
+    def _look_at(
+        self, appearance: Sequence[PartAppearance], prior: Prior
+    ) -> "tuple[MaterialMemory, tuple[int, ...]]":
+        """Returns the memory with an object at hand, and the index of each part's density among the object's."""
         memory, columns, parts = self, list[int](), list[PartAppearance]()
         if not memory.colours:
             memory = memory.add_colours([part.colour for part in appearance if part.colour_sd == 0.0], prior)
@@ -243,47 +245,88 @@ class MaterialMemory:
             columns.append(column)
             parts.append(part._replace(colour=memory.colours[column]))
         colours = tuple(dict.fromkeys(columns))
-        same = (i for i, thing in enumerate(memory.things) if is_same_object(thing.appearance, parts))
-        number = next((i for i in same if set(memory.things[i].colours) == set(colours)), None)
+        own = set(colours)
+        alike = (i for i, thing in enumerate(memory.things) if set(thing.colours) == own)
+        number = next((i for i in alike if is_same_object(memory.things[i].appearance, parts)), None)
         thing = Thing(tuple(parts), colours) if number is None else memory.things[number]
         at_hand = AtHand(thing, len(memory.things) if number is None else number)
         memory = replace(memory, state={**memory.state, **describe_prior(prior, 1)}, at_hand=at_hand)
-        densities = DensityBelief.from_normals(memory.learner.expect(memory.state, at_hand.seen))
-        own = memory.learner.get_felt(memory.state, at_hand.seen)
-        shown = tuple(memory.colours[colour] for colour in thing.colours)
-        felt = FeltObject.of(shown, None if own is None else own.take(0), prior, thing.appearance)
-        return Recollection(memory, densities, thing.colours, tuple(map(thing.colours.index, columns)), felt)
+        return memory, tuple(map(thing.colours.index, columns))
 
-    def learn(self, find_likelihood: FindOneLikelihood, deviation: float) -> Lesson:
+    def remember(
+        self,
+        lifts: Iterable[tuple[Sequence[PartAppearance], Callable[[Seen, Sequence[int]], Felt]]],
+        prior: Prior,
+    ) -> "MaterialMemory":
+        """Learns from many trials as from one after the other, but computes the belief only at the end.
+
+        The learner must have one density for each colour.
+
+        Args:
+            lifts: Appearance of the object of each trial, and a function that returns what was felt of it, given the
+                thing, and the index of each part's density among those of the thing.
+            prior: Prior of materials never met.
+        """
+        memory, learner = self, self.learner
+        assert isinstance(learner, OneDensity)
+        known: dict[object, tuple[AtHand, tuple[int, ...]]] = {}
+        added: list[tuple[Seen, Felt]] = []
+
+        def settle() -> MaterialMemory:
+            settled = replace(memory, state=learner.add_many(memory.state, added)) if added else memory
+            added.clear()
+            return settled
+
+        for appearance, describe in lifts:
+            looks = tuple(appearance)
+            if (looks, len(memory.colours)) not in known:
+                # The belief about a new material follows from all that was felt before, if it may be a known one.
+                if any(find_material(part, memory.colours) is None for part in looks):
+                    memory = settle()
+                memory, columns = memory._look_at(looks, prior)
+                at_hand = memory.at_hand
+                assert at_hand is not None
+                if at_hand.number == len(memory.things):
+                    memory = replace(memory, things=(*memory.things, at_hand.thing))
+                known[looks, len(memory.colours)] = at_hand, columns
+            at_hand, columns = known[looks, len(memory.colours)]
+            added.append((at_hand.seen, describe(at_hand.seen, columns)))
+            memory = replace(memory, num_lifts=memory.num_lifts + 1, at_hand=None)
+            if len(added) == _BATCH:
+                memory = settle()
+        memory = settle()
+        return replace(memory, state=learner.infer(memory.state)[0]) if memory.state else memory
+
+    def learn(self, felt: Felt, deviation: float) -> Lesson:
         """Learns from a trial with the object recalled last.
 
-        ``find_likelihood`` computes the likelihood of the object's densities from a belief about them; ``deviation``
-        is their SD about the material's mean, as a fraction of it. Raises a ValueError if no object was recalled.
+        ``felt`` is what was felt of it, and ``deviation`` the SD of its densities about the materials' means, as a
+        fraction of these. Raises a ValueError if no object was recalled.
         """
         at_hand = self.at_hand
         if at_hand is None:
             raise ValueError("no object was recalled since the last lift; recall one before learning from it")
 
-        def find(normals: Normals, observers: object = None) -> Likelihood:
-            each = (DensityBelief.from_normals(normals.take([row])) for row in range(len(normals)))
-            return Likelihood.stack([find_likelihood(belief) for belief in each])
-
         rng = ObserverDraws([(*self.seed, self.num_lifts + 1)])
         state = {**self.state, "deviation": np.full(1, deviation)}
-        lesson = self.learner.learn(state, at_hand.seen, find, rng)
+        lesson = self.learner.learn(state, at_hand.seen, felt, rng)
         things = self.things if at_hand.number < len(self.things) else (*self.things, at_hand.thing)
         memory = replace(self, state=lesson.state, things=things, num_lifts=self.num_lifts + 1, at_hand=None)
         return Lesson(memory, DensityBelief.from_normals(lesson.densities), lesson.likelihood.take(0))
 
-    def condition(self, likelihood: Likelihood) -> "MaterialMemory":
-        """Returns the memory after adding evidence about the mean densities of its M colours.
+    def set_prior(self, belief: DensityBelief) -> "MaterialMemory":
+        """Returns the memory with another belief about its M colours before any hold; all holds count as before.
 
-        The learner must sum evidence (``sums_evidence``).
+        The learner must have one density for each colour.
         """
-        assert self.learner.sums_evidence
-        precision = self.state["precision"] + likelihood.precision
-        information = self.state["information"] + likelihood.information_vector
-        return replace(self, state={**self.state, "precision": precision, "information": information})
+        assert isinstance(self.learner, OneDensity)
+        state = self.learner.set_prior(self.state, belief.precision[None], belief.information_vector[None])
+        return replace(self, state=state)
+
+    @property
+    def prior(self) -> DensityBelief:
+        """Belief about the M colours before any hold, of a learner with one density for each colour."""
+        return DensityBelief(self.state["precision"][0], self.state["information"][0])
 
     def group(self) -> Groups:
         """Returns the groups of objects that the learner distinguishes; the memory must have a colour."""

@@ -1,7 +1,7 @@
 """Learner with one density for each colour (paper): Bayes' rule on the mean density of each material.
 
 Torques depend on an object's own densities, which deviate from the means of its materials. An object has the same
-deviation in all its lifts, so the likelihoods of all its lifts are summed before the deviation is marginalised.
+deviation in all its lifts. The state keeps every hold, and the posterior is that of all of them (``exact``).
 """
 
 from collections.abc import Sequence
@@ -12,17 +12,19 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import CERTAIN
 from affordance.belief.density_belief import Prior
-from affordance.belief.learner import Draws, FindLikelihood, Learner, Lesson, Seen, State, describe_start
-from affordance.belief.likelihood import Likelihood
+from affordance.belief.exact import Posterior, compute_posterior
+from affordance.belief.holds import Felt, Holds, add_hold, add_holds, forget_things, start_holds
+from affordance.belief.learner import Draws, Learner, Lesson, Seen, State, describe_start
 from affordance.belief.normals import Normals
-from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, get_felt, pad, set_felt, start_felt
+from affordance.belief.rows import make_room, pad
 
 
 class OneDensity(Learner):
     """Learner with one density for each colour.
 
-    Its state holds the prior, what was felt of each thing, and the precision, (B, M, M), and information vector, (B,
-    M), of the mean densities of M colours.
+    Its state holds the prior of the mean densities of M colours as precision, (B, M, M), and information vector, (B,
+    M), every hold (``holds``), the colours of T things, (B, T, C), with a mask of those that a thing has, and the
+    belief about the mean densities that follows from these, (B, M) and (B, M, M).
     """
 
     @property
@@ -37,36 +39,68 @@ class OneDensity(Learner):
 
     @property
     @override
-    def sums_evidence(self) -> bool:
+    def is_exact(self) -> bool:
         return type(self).learn is OneDensity.learn
 
     @override
     def start(self, rng: Draws, parameters: Any, prior: Prior, num_colours: int, size: int) -> State:
         precision = np.tile(prior.sd**-2 * np.eye(num_colours), (size, 1, 1))
         information = np.full((size, num_colours), prior.mode / prior.sd**2)
-        start = describe_start(parameters, prior, size)
-        return {**start, "precision": precision, "information": information, **start_felt(size)}
+        state = {**describe_start(parameters, prior, size), **start_holds(size)}
+        things = {
+            "thing_kind": np.zeros((size, 0, 0), dtype=np.intp),
+            "has_colour": np.zeros((size, 0, 0), dtype=bool),
+        }
+        return self.set_prior({**state, **things}, precision, information)
+
+    def set_prior(self, state: State, precision: Array, information: Array) -> State:
+        """Returns the state with another prior of the mean densities, (B, M, M) and (B, M), and the belief for it."""
+        return self.infer({**state, "precision": precision, "information": information})[0]
 
     @override
     def believe(self, state: State) -> Normals:
-        return Normals.from_information(state["precision"], state["information"])
+        return Normals(state["mean"], state["covariance"])
 
     @override
     def expect(self, state: State, seen: Seen) -> Normals:
         return self.believe(state).select(seen.colours).vary(state["deviation"])
 
     @override
-    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
-        """Applies Bayes' rule with the object's own deviation marginalised; costs O(M^3) for M colours."""
-        expected = self.expect(state, seen)
-        likelihood = find_likelihood(expected)
-        felt = get_felt(state, seen)
-        added = likelihood.marginalise_deviation(state["deviation"], felt)
-        added = added.embed(seen.colours, state["precision"].shape[1])
-        state = set_felt(state, seen, likelihood.add(felt))
-        state["precision"] = state["precision"] + added.precision
-        state["information"] = state["information"] + added.information_vector
-        return Lesson(state, expected.condition(likelihood), likelihood)
+    def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
+        """Computes the posterior given all holds; the cost grows with the number of different holds."""
+        likelihood = felt.find_likelihood(self.expect(state, seen))
+        state, posterior = self.infer(self.add(state, seen, felt), seen)
+        assert posterior.own is not None
+        return Lesson(state, posterior.own.select(range(len(seen.colours))), likelihood)
+
+    def add(self, state: State, seen: Seen, felt: Felt) -> State:
+        """Returns the state with one more hold, before the belief is computed anew."""
+        return add_hold(_know(state, seen), seen, felt)
+
+    def add_many(self, state: State, lifts: Sequence[tuple[Seen, Felt]]) -> State:
+        """Returns the state of a single observer with many more holds, before the belief is computed anew."""
+        numbers = [int(seen.things[0]) for seen, _ in lifts]
+        for seen, _ in dict(zip(numbers, lifts, strict=True)).values():
+            state = _know(state, seen)
+        return add_holds(state, numbers, [felt for _, felt in lifts])
+
+    def leave_out(self, state: State, things: Sequence[int]) -> State:
+        """Returns the state as if some things had never been held, before the belief is computed anew."""
+        kept = [thing for thing in range(state["thing_kind"].shape[1]) if thing not in things]
+        of_things = {name: state[name][:, kept] for name in ("thing_kind", "has_colour")}
+        return {**forget_things(state, kept), **of_things}
+
+    def infer(self, state: State, seen: Seen | None = None) -> tuple[State, Posterior]:
+        """Computes the belief from all holds; returns the state with it, and the posterior with the seen thing's."""
+        posterior = compute_posterior(
+            Normals.from_information(state["precision"], state["information"]),
+            Holds.of(state),
+            state["thing_kind"],
+            state["has_colour"],
+            state["deviation"],
+            None if seen is None else seen.things,
+        )
+        return {**state, "mean": posterior.means.mean, "covariance": posterior.means.covariance}, posterior
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
@@ -80,6 +114,7 @@ class OneDensity(Learner):
         best = int(probabilities.argmax())
         if probabilities[best] >= CERTAIN and best < len(known):
             return state, best
+        state = self.infer(state)[0] if known.any() else state  # holds may have been added since
         believed, mode, sd = self.believe(state), state["prior_mode"], state["prior_sd"]
         variances = np.diagonal(believed.covariance, axis1=1, axis2=2)
         mean = believed.mean @ known + new * mode
@@ -91,15 +126,33 @@ class OneDensity(Learner):
         weights = np.append(-known, 1.0)
         precision += weights[:, None] * weights / rest[:, None, None]
         information = information + weights * (new * mode / rest)[:, None]
-        return {**state, "precision": precision, "information": information}, M
+        return self.set_prior(state, precision, information), M
 
     @override
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        believed = self.believe(state).select(colours)
-        felt = {name: state[name][:, list(things)] for name in (FELT_PRECISION, FELT_INFORMATION)}
-        return {**state, **felt, "precision": believed.precision, "information": believed.information_vector}
+        """Selects colours and things; what things of other colours have told of these colours becomes prior."""
+        kept, believed = list(things), self.believe(state).select(colours)
+        prior = Normals.from_information(state["precision"], state["information"]).select(colours)
+        numbers = np.zeros(max([*colours, -1]) + 1, dtype=np.intp)
+        numbers[list(colours)] = np.arange(len(colours))
+        has_colour = state["has_colour"][:, kept]
+        kinds = np.where(has_colour, numbers[np.where(has_colour, state["thing_kind"][:, kept], colours[0])], 0)
+        others = state["has_colour"].any(axis=2).sum() > has_colour.any(axis=2).sum()
+        state = {**forget_things(state, things), "thing_kind": kinds, "has_colour": has_colour}
+        state = self.set_prior(state, prior.precision, prior.information_vector)
+        if not others:
+            return state
+        told = self.believe(state)
+        precision = prior.precision + believed.precision - told.precision
+        information = prior.information_vector + believed.information_vector - told.information_vector
+        return self.set_prior(state, precision, information)
 
-    @override
-    def get_felt(self, state: State, seen: Seen) -> Likelihood | None:
-        felt = get_felt(state, seen)
-        return felt if felt.precision.any() else None
+
+def _know(state: State, seen: Seen) -> State:
+    """Returns the state with the colours of a thing."""
+    state = make_room(state, ("thing_kind", "has_colour"), seen)
+    there = np.arange(len(seen.things)), seen.things
+    for name, value in (("thing_kind", seen.colours), ("has_colour", True)):
+        state[name] = state[name].copy()
+        state[name][*there, : len(seen.colours)] = value
+    return state

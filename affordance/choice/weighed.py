@@ -4,10 +4,13 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.likelihood import Likelihood
+from affordance.belief.holds import Felt
+from affordance.belief.learner import Seen
+from affordance.belief.learners import DENSITY
 from affordance.objects.inertia import Geometry
 from affordance.objects.tool import Weighing
 from affordance.vision.features import ComponentFeatures
@@ -25,6 +28,11 @@ class WeighedObject(NamedTuple):
     geometry: Geometry  # one column per part
     weighings: Sequence[Weighing]
 
+    @property
+    def materials(self) -> tuple[int, ...]:
+        """Columns of its C different materials, in the order of its parts."""
+        return tuple(dict.fromkeys(self.columns))
+
 
 class Surprise(NamedTuple):
     """Weighing that contradicts the belief; masses in [kg]."""
@@ -35,18 +43,24 @@ class Surprise(NamedTuple):
     expected_sd: float
 
 
-def compute_likelihood(weighed: WeighedObject, expected: Array) -> Likelihood:
-    """Computes the likelihood of an object's own densities, (M,), given its weighings.
+def describe_weighings(weighed: WeighedObject, materials: Sequence[int] | None = None) -> Felt:
+    """Returns what an object's weighings tell about its own densities, as a hold does.
 
-    The effect of size errors is evaluated at the expected densities.
+    Masses, in units of the SDs of their errors, take the place of torques. Errors of the drawing are the same in all
+    weighings and holds of the object.
+
+    Args:
+        weighed: Object.
+        materials: Columns of its C densities, in their order; None for ``weighed.materials``.
     """
-    size = len(expected)
-    volumes = np.array([_sum_volumes(weighed, each, size) for each in weighed.weighings]).reshape(-1, size)
-    errors = compute_mass_errors(weighed, expected[list(weighed.columns)])  # (W, G)
-    covariance = np.diag([each.sd**2 for each in weighed.weighings]) + errors @ errors.T
-    weights = np.linalg.solve(covariance, volumes)  # (W, M)
-    masses = np.array([each.mass for each in weighed.weighings])
-    return Likelihood(volumes.T @ weights, weights.T @ masses, 0.0, 0.0, len(masses))
+    sds = np.array([each.sd for each in weighed.weighings])
+    share = _mark_weighed(weighed) / sds[:, None]  # (W, K)
+    order = weighed.materials if materials is None else materials
+    owner = np.array(weighed.columns)[:, None] == np.array(order)  # (K, C)
+    volumes = np.array([part.shape.volume for part in weighed.parts])
+    masses = np.array([each.mass for each in weighed.weighings]) / sds
+    errors = (share * weighed.geometry.Phi_errors[:, None, 0]) @ owner  # (G, W, C)
+    return Felt.from_torques(masses[None], np.zeros(1), (share * volumes @ owner)[None], (1.0, 0.0), 1, errors[None])
 
 
 def compute_mass_errors(weighed: WeighedObject, rho: Array) -> Array:
@@ -58,10 +72,7 @@ def compute_mass_errors(weighed: WeighedObject, rho: Array) -> Array:
 
     Returns: Derivatives, shape (..., W, G), [kg].
     """
-    is_weighed = np.array(
-        [[not each.parts or k in each.parts for k in range(len(weighed.parts))] for each in weighed.weighings]
-    ).reshape(-1, len(weighed.parts))
-    slopes: Array = np.einsum("wk,gk,...k->...wg", is_weighed, weighed.geometry.Phi_errors[:, 0], rho)
+    slopes: Array = np.einsum("wk,gk,...k->...wg", _mark_weighed(weighed), weighed.geometry.Phi_errors[:, 0], rho)
     return slopes
 
 
@@ -99,6 +110,9 @@ def condition_on_weighings(
 ) -> tuple[DensityBelief, tuple[Surprise, ...]]:
     """Conditions the joint belief about the densities of N objects on weighings of some of them.
 
+    A weighing is a hold, and the belief is the posterior given all of them (``affordance.belief.exact``): its moments
+    for each object, with correlations between objects by way of their materials' means.
+
     An object whose weighing contradicts the belief about materials may be made of anything: the spread of its own
     densities becomes that of the prior of any material.
 
@@ -109,33 +123,46 @@ def condition_on_weighings(
 
     Returns: Joint belief of size N M, object by object, and the contradicting weighings.
     """
-    size = belief.size
+    size, count = belief.size, len(objects)
+    if not any(weighed.weighings for weighed in objects.values()):
+        return belief.add_object_variation(prior.deviation, count), ()
     single = belief.add_object_variation(prior.deviation)
-    learned, known = belief, dict[int, Array]()
-    evidence, surprises, odd = [], list[Surprise](), list[int]()
+    state = DENSITY.start(np.random.default_rng(0), DENSITY.parameters, prior, size, 1)
+    state = DENSITY.set_prior(state, belief.precision[None], belief.information_vector[None])
+    surprises, odd, ordinary = list[Surprise](), dict[int, Felt](), dict[int, Seen]()
     for number, (name, weighed) in enumerate(objects.items()):
         if not weighed.weighings:
             continue
-        likelihood = compute_likelihood(weighed, np.maximum(single.untruncated_mean, 0.0))
-        found = _find_surprises(single, name, weighed)
-        surprises += found
-        odd += [number] * len(found)
-        if not found:
-            learned = learned.condition(likelihood.marginalise_deviation(prior.deviation))
-        known[number] = likelihood.estimate_densities()
-        evidence.append(likelihood.embed(range(number * size, (number + 1) * size), size * len(objects)))
-    # Objects scatter as a memory has them that has learned from the weighings, one after the other.
-    expected_densities = np.sqrt(learned.untruncated_mean**2 + np.diag(learned.covariance))
-    densities = [known.get(number, expected_densities) for number in range(len(objects))]
-    joint = belief.add_object_variation(prior.deviation, len(objects), np.concatenate(densities))
-    if odd:
-        covariance = joint.covariance.copy()
-        for number in dict.fromkeys(odd):
-            own = np.arange(number * size, (number + 1) * size)
-            covariance[own, own] += prior.sd**2
-        joint = DensityBelief.from_moments(joint.untruncated_mean, covariance)
-    for likelihood in evidence:
-        joint = joint.condition(likelihood)
+        felt = describe_weighings(weighed)
+        if found := _find_surprises(single, name, weighed):
+            surprises += found
+            odd[number] = felt
+        else:
+            ordinary[number] = Seen(weighed.materials, np.array([len(ordinary)]))
+            state = DENSITY.add(state, ordinary[number], felt)
+    state, _ = DENSITY.infer(state)
+    of_means = DENSITY.believe(state)
+    mean, covariance = of_means.mean[0], of_means.covariance[0]
+    scatter = prior.deviation**2 * (mean**2 + np.diag(covariance))
+    materials = [list(weighed.materials) for weighed in objects.values()]
+    # Densities of each object: a linear function of the materials' means plus what does not depend on these.
+    own_mean, slopes = np.tile(mean, (count, 1)), np.tile(np.eye(size), (count, 1, 1))
+    rest = np.tile(np.diag(scatter), (count, 1, 1))
+    for number, seen in ordinary.items():
+        given = DENSITY.infer(state, seen)[1].given_means
+        assert given is not None  # because a thing was asked for
+        columns, C = materials[number], len(materials[number])
+        slopes[number, columns] = given.slopes[0, :C]
+        own_mean[number, columns] = given.offset[0, :C] + given.slopes[0, :C] @ mean
+        rest[np.ix_([number], columns, columns)] = given.covariance[0, :C, :C]
+    for number in odd:
+        rest[number] += prior.sd**2 * np.eye(size)
+    F = slopes.reshape(-1, size)
+    joint = DensityBelief.from_moments(own_mean.ravel(), F @ covariance @ F.T + block_diag(*rest))
+    for number, felt in odd.items():
+        columns = [number * size + column for column in materials[number]]
+        likelihood = felt.find_likelihood(joint.normals.select(columns)).take(0)
+        joint = joint.condition(likelihood.embed(columns, joint.size))
     return joint, tuple(surprises)
 
 
@@ -147,18 +174,17 @@ def condition_object(
     if surprises:
         wider = belief.covariance + prior.sd**2 * np.eye(belief.size)
         belief = DensityBelief.from_moments(belief.untruncated_mean, wider)
-    # Errors of sizes count at the densities that the weighings give, as in a step of Gauss and Newton.
-    posterior = belief
-    for _ in range(3):
-        posterior = belief.condition(compute_likelihood(weighed, np.maximum(posterior.untruncated_mean, 0.0)))
-    return posterior, tuple(surprises)
+    columns = weighed.materials
+    likelihood = describe_weighings(weighed).find_likelihood(belief.normals.select(columns)).take(0)
+    return belief.condition(likelihood.embed(columns, belief.size)), tuple(surprises)
 
 
 def _find_surprises(belief: DensityBelief, name: str, weighed: WeighedObject) -> list[Surprise]:
     """Finds the weighings that contradict the belief about an object's own densities."""
     found = []
-    for each in weighed.weighings:
-        volumes = _sum_volumes(weighed, each, belief.size)
+    owner = np.array(weighed.columns)[:, None] == np.arange(belief.size)
+    sums = _mark_weighed(weighed) * np.array([part.shape.volume for part in weighed.parts]) @ owner  # (W, M)
+    for each, volumes in zip(weighed.weighings, sums, strict=True):
         expected = float(volumes @ belief.untruncated_mean)
         variance = float(volumes @ belief.covariance @ volumes)
         if abs(each.mass - expected) > _ODD * np.sqrt(variance + each.sd**2):
@@ -166,10 +192,7 @@ def _find_surprises(belief: DensityBelief, name: str, weighed: WeighedObject) ->
     return found
 
 
-def _sum_volumes(weighed: WeighedObject, weighing: Weighing, size: int) -> Array:
-    """Sums the volumes of the weighed parts by material, (M,), [m^3]."""
-    volumes = np.zeros(size)
-    for k, (part, column) in enumerate(zip(weighed.parts, weighed.columns, strict=True)):
-        if not weighing.parts or k in weighing.parts:
-            volumes[column] += part.shape.volume
-    return volumes
+def _mark_weighed(weighed: WeighedObject) -> Array:
+    """Marks with 1 which of K parts were weighed in each of W weighings, (W, K)."""
+    parts = range(len(weighed.parts))
+    return np.array([[float(not each.parts or k in each.parts) for k in parts] for each in weighed.weighings])

@@ -38,6 +38,7 @@ from affordance.experiments.shared.grips import (
     choose_by_expectation,
     choose_by_sample,
     compare_measures,
+    compute_probabilities,
     draw_proportions,
     find_grip_of_densest,
     measure_choices,
@@ -110,8 +111,8 @@ def run(setup: Setup) -> Results:
         + (f" They also chose a grip for: {others}." if others else "")
         + " The blows of figure 9 are simulated with contact between tool and nail.",
         finding=(
-            f"The end that drives the nail with less work is chosen in {p_correct[0]:.0%} of cases before"
-            f" anything was held, in {p_correct[1]:.0%} after one trial with other objects, and in"
+            f"The end that drives the nail with less work is chosen with a probability of {p_correct[0]:.0%} before"
+            f" anything was held, {p_correct[1]:.0%} after one trial with other objects, and"
             f" {p_correct[-1]:.0%} after {len(p_correct) - 1} trials."
         ),
         data=data.merge(label_motions(blows_first, setup.settings)).merge(label_nails(list(blows_first.values()))),
@@ -191,11 +192,17 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
     memories = [recall(setup, experience, observer, held) for held in range(experience.sizes["trial"] + 1)]
     seed = (setup.seed, observer)  # the same draws for every tool and rule, so that nothing else differs
     paper = [choose_by_sample(choice, memories, seed) for choice in choices]
+    right = [compute_probabilities(choice, memories, seed) for choice in choices]
     bayes, flips = choose_by_expectation(choices[0], memories, seed)
     meaning = "index of the grip chosen, -1 if none can be used"
     return xr.Dataset(
         {
             "paper": (("tool", "moment"), paper, about("1", f"{meaning}; by the paper's rule, one drawn density")),
+            "probability": (
+                ("tool", "moment", "grip"),
+                right,
+                about("1", "probability that the paper's rule chooses the grip, of the posterior given all holds"),
+            ),
             "bayes": ("moment", bayes, about("1", f"{meaning}; by the least expected absolute work, first tool")),
             "flips": (
                 "moment",

@@ -36,6 +36,7 @@ from affordance.experiments.shared.grips import (
     choose_by_expectation,
     choose_by_sample,
     compare_measures,
+    compute_probabilities,
     draw_proportions,
     find_grip_of_densest,
     measure_choices,
@@ -94,8 +95,8 @@ def run(setup: Setup) -> Results:
         )
         + (f" They also chose a grip for: {others}." if others else ""),
         finding=(
-            f"The end that costs less work is chosen in {p[0]:.0%} of cases before anything was held, in {p[1]:.0%}"
-            f" after one trial with other objects, and in {p[-1]:.0%} after {len(p) - 1} trials."
+            f"The end that costs less work is chosen with a probability of {p[0]:.0%} before anything was held,"
+            f" {p[1]:.0%} after one trial with other objects, and {p[-1]:.0%} after {len(p) - 1} trials."
         ),
         data=data.merge(label_motions(done, setup.settings)).merge(label_paths(done)),
         numbers=numbers,
@@ -204,11 +205,17 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
     memories = [recall(setup, experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
     seed = (setup.seed, observer)
     paper = [choose_by_sample(choice, memories, seed) for choice in choices]
+    right = [compute_probabilities(choice, memories, seed) for choice in choices]
     bayes, flips = choose_by_expectation(choices[0], memories, seed)
     meaning = "index of the grip chosen, -1 if none can be used"
     return xr.Dataset(
         {
             "paper": (("tool", "moment"), paper, about("1", f"{meaning}; by the paper's rule, one drawn density")),
+            "probability": (
+                ("tool", "moment", "grip"),
+                right,
+                about("1", "probability that the paper's rule chooses the grip, of the posterior given all holds"),
+            ),
             "bayes": ("moment", bayes, about("1", f"{meaning}; by the least expected absolute work, first tool")),
             "flips": ("moment", flips, about("1", "whether the integral of torque squared would choose otherwise")),
         },

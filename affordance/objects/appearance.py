@@ -4,12 +4,10 @@ Memory cannot distinguish objects of equal appearance, so a decoy that looks lik
 object.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from affordance.arrays import Array
 from affordance.objects.colour import Colour, is_same_colour
 
 # Lengths that differ by less than this fraction are indistinguishable by eye: the Weber fraction of the length of
@@ -42,7 +40,7 @@ def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance
     """
     if len(one) != len(other):
         return False
-    extent = max(max(part.sizes) + float(np.linalg.norm(part.position)) for part in one)
+    extent = max(max(part.sizes) + math.hypot(*part.position) for part in one)
     unmatched = list(other)
     for part in one:
         match = next((candidate for candidate in unmatched if _is_same_part(part, candidate, extent)), None)
@@ -54,15 +52,13 @@ def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance
 
 def _is_same_part(one: PartAppearance, other: PartAppearance, extent: float) -> bool:
     """Returns True if two parts match; the position tolerance scales with ``extent``, the object's length, [m]."""
-    if len(one.sizes) != len(other.sizes) or not is_same_colour(one.colour, other.colour):
+    if len(one.sizes) != len(other.sizes):
         return False
-    sizes, other_sizes = np.sort(one.sizes), np.sort(other.sizes)
+    # A memory compares each object with all others: plain numbers are several times as fast as short arrays.
     tolerance = SAME_LENGTH + _MEASUREMENT_MARGIN * max(one.size_sd, other.size_sd)
-    if not _is_close(sizes, other_sizes, tolerance * np.minimum(sizes, other_sizes)):
-        return False
+    for a, b in zip(sorted(one.sizes), sorted(other.sizes), strict=True):
+        if not abs(a - b) <= tolerance * min(a, b):
+            return False
     tolerance = SAME_LENGTH * extent + _MEASUREMENT_MARGIN * max(one.position_sd, other.position_sd)
-    return _is_close(np.array(one.position), np.array(other.position), np.full(3, tolerance))
-
-
-def _is_close(one: Array, other: Array, tolerance: Array) -> bool:
-    return bool((np.abs(one - other) <= tolerance).all())
+    is_close = all(abs(a - b) <= tolerance for a, b in zip(one.position, other.position, strict=True))
+    return is_close and is_same_colour(one.colour, other.colour)

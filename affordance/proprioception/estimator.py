@@ -1,24 +1,20 @@
 """Recursive Bayesian estimator of a held object's densities from joint torques.
 
 Within a trial, the estimator averages features of the torques sample by sample. The posterior at any time follows
-from this average and the belief at the start of the trial, so the recursion is exact. The size of errors that grow
-with torque depends on the unknown densities: it is evaluated at the posterior mean, iterated to a fixed point. The
-object's own deviation from its materials' means is a nuisance parameter and is marginalised, so that an odd object
-updates the belief about a material by exactly as much as Bayes' rule prescribes. However many samples a hold has, its
-average is one measurement.
+from this average and all holds before the trial, so the recursion is exact. The size of errors that grow with torque
+depends on the unknown densities, and so does the scatter of objects about their materials' means; the memory
+integrates over both. However many samples a hold has, its average is one measurement.
 
-From torques to the memory: compute_posterior -> MaterialMemory.learn -> Learner.learn (OneDensity) -> find_likelihood
--> find_fixed_point -> NoiseModel.compute_likelihood; at the end of a hold MaterialMemorySystem keeps the result.
+From torques to the memory: compute_posterior -> NoiseModel.describe -> MaterialMemory.learn -> Learner.learn
+(OneDensity) -> exact.compute_posterior; at the end of a hold MaterialMemorySystem keeps the result.
 """
 
 from dataclasses import replace
 from typing import NamedTuple
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
-from affordance.proprioception.fixed_point import find_fixed_point
 from affordance.proprioception.torque_noise import NoiseModel
 
 
@@ -38,8 +34,7 @@ class Inference(NamedTuple):
     """Result of inference from a trial."""
 
     posterior: ObjectBelief  # belief about the object and, in its memory, about all materials
-    # Log probability density of the measurement under the prior, with errors evaluated at the posterior mean; a low
-    # value means that the measurement is surprising.
+    # Log probability density of the measurement under the prior; a low value means that it is surprising.
     log_evidence: float
     p_value: float  # probability, under the prior, of evidence as low as this
 
@@ -56,9 +51,6 @@ def compute_posterior(
         num_joints: Number of joints.
         noise: Model of torque errors.
         deviation: SD of an object's density about its material's mean, as a fraction of the mean.
-
-    Raises:
-        AffordanceError: The iteration for the size of the errors finds no fixed point.
     """
     if statistics.num_samples == 0:
         return Inference(prior, 0.0, 1.0)
@@ -72,14 +64,8 @@ def condition_on_torques(
 ) -> tuple[ObjectBelief, Likelihood]:
     """Returns the posterior and its likelihood, without the evidence, which takes most of the time to compute.
 
-    Arguments and errors are those of compute_posterior; at least one sample is required.
+    Arguments are those of compute_posterior; at least one sample is required.
     """
-    features, num_samples = statistics
-
-    def find_likelihood(belief: DensityBelief) -> Likelihood:
-        return find_fixed_point(
-            belief, lambda rho: noise.compute_likelihood(features, num_samples, num_joints, prior.geometry, rho)
-        )
-
-    lesson = prior.memory.learn(find_likelihood, deviation)
+    felt = noise.describe(statistics.features, statistics.num_samples, num_joints, prior.geometry)
+    lesson = prior.memory.learn(felt, deviation)
     return replace(prior, memory=lesson.memory, densities=lesson.densities), lesson.likelihood

@@ -4,20 +4,14 @@ The arm rests in one posture, so the measurement is the mean torque of a hold wi
 with constant tau_arm and Y (paper, eq. 2 at rest).
 """
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.likelihood import Likelihood
-from affordance.belief.normals import Normals
 from affordance.belief.object_belief import ObjectBelief
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.proprioception.estimator import TorqueStatistics
-from affordance.proprioception.fixed_point import find_fixed_points
-from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, draw_acceleration_error
+from affordance.proprioception.torque_noise import NoiseModel, draw_acceleration_error
 
 
 class StaticHold:
@@ -77,35 +71,3 @@ class StaticHold:
                 return TorqueStatistics(noise.compute_features(felt, tau_arm, Y), num_samples)
             statistics = statistics.add(noise.compute_features(felt + error, tau_arm, Y))
         return statistics
-
-
-class StaticPercept(NamedTuple):
-    """Measured torques at rest of one object for each of B observers, at a small part of the estimator's cost.
-
-    The likelihood equals that of ``WeberNoise`` for an arm at rest and an object of exact geometry: errors are then
-    independent between joints, and no matrix is factorised.
-    """
-
-    tau_arm: Array  # torque of the arm alone, shape (num_joints,), [N m]
-    regressor: Array  # torque per density, Y Phi, shape (B, num_joints, M), [N m / (kg/m^3)]
-    residual: Array  # measured torque minus that of the arm alone, shape (B, num_joints), [N m]
-    noise: WeberNoise  # errors of measured torques
-
-    def compute_likelihood(self, rho: Array, observers: NDArray[np.intp]) -> Likelihood:
-        """Computes the likelihood of the densities, with errors evaluated at the torque that rho, (N, M), predicts.
-
-        ``observers`` has the number of each row's observer, (N,).
-        """
-        regressor, residual = self.regressor[observers], self.residual[observers]
-        predicted = self.tau_arm + np.matvec(regressor, rho)
-        variances = self.noise.threshold**2 + (self.noise.weber_fraction * predicted) ** 2
-        weighted = np.swapaxes(regressor / variances[..., None], 1, 2)
-        log_scale = np.log(2.0 * np.pi * variances).sum(axis=1)
-        log_constant = -0.5 * ((residual**2 / variances).sum(axis=1) + log_scale)
-        precision, information_vector = weighted @ regressor, np.matvec(weighted, residual)
-        return Likelihood(precision, information_vector, log_constant, -0.5 * log_scale, len(self.tau_arm))
-
-    def find_likelihood(self, normals: Normals, observers: NDArray[np.intp] | None = None) -> Likelihood:
-        """Finds the likelihood with errors evaluated at the posterior mean of beliefs about M densities."""
-        everyone = np.arange(len(normals)) if observers is None else observers
-        return find_fixed_points(normals, everyone, self.compute_likelihood)

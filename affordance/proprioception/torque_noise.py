@@ -1,7 +1,7 @@
 """Errors of measured joint torques and accelerations: the observation models of proprioception.
 
 Both models of torque errors reduce a trial to the running mean of a feature vector, so that the estimator is
-recursive with either, and convert that mean to a likelihood of the held object's densities. With tau the measured
+recursive with either, and convert that mean to evidence about the held object's densities. With tau the measured
 torque, tau_arm that of the arm alone, and Y the payload regressor, every sample obeys tau = tau_arm + Y Phi rho +
 error.
 """
@@ -12,6 +12,7 @@ from typing import Annotated, Protocol, runtime_checkable
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.holds import Felt
 from affordance.belief.likelihood import Likelihood
 from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
@@ -20,7 +21,7 @@ from affordance.runs.random_streams import Stream
 
 @runtime_checkable
 class NoiseModel(Protocol):
-    """Model of torque errors, which draws them and computes the likelihood of measured torques."""
+    """Model of torque errors, which draws them and knows what measured torques tell."""
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of the feature vector that is averaged."""
@@ -28,13 +29,8 @@ class NoiseModel(Protocol):
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
         """Computes the features of a sample from tau and tau_arm, (num_joints,), and Y, (num_joints, 10)."""
 
-    def compute_likelihood(
-        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
-    ) -> Likelihood:
-        """Computes the likelihood of the densities from the mean features, (num_features,), of a trial's samples.
-
-        Errors that grow with torque are evaluated at densities rho, (M,), [kg/m^3].
-        """
+    def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
+        """Returns what the mean features, (num_features,), of a trial's samples tell about M densities."""
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
         """Draws gain and offset errors that last a whole trial, shape (num_joints,) each."""
@@ -87,27 +83,17 @@ class WeberNoise(CheckedFields):
         """Concatenates measured torques tau, the arm's own torques tau_arm and the payload regressor Y, flattened."""
         return np.concatenate([tau, tau_arm, Y.ravel()])
 
-    def compute_likelihood(
-        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
-    ) -> Likelihood:
-        """Computes the likelihood of the mean torque, with errors evaluated at the torque that rho predicts."""
+    def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
+        """Returns what the mean torque tells, with errors that depend on the torque itself."""
         tau, tau_arm = features[:num_joints], features[num_joints : 2 * num_joints]
         Y = features[2 * num_joints :].reshape(num_joints, NUM_PARAMETERS)
-        regressor = Y @ geometry.Phi  # (num_joints, M)
-        predicted = tau_arm + regressor @ rho
-        num_percepts = num_samples if self.independent_samples else 1
-        covariance = np.diag(self.threshold**2 + (self.weber_fraction * predicted) ** 2) / num_percepts
-        if len(geometry.Phi_errors):
-            covariance += Y @ geometry.compute_covariance(rho) @ Y.T
-        weighted = np.linalg.solve(covariance, np.column_stack([regressor, tau - tau_arm]))
-        residual = tau - tau_arm
-        log_scale = np.linalg.slogdet(2.0 * np.pi * covariance)[1]
-        return Likelihood(
-            regressor.T @ weighted[:, :-1],
-            regressor.T @ weighted[:, -1],
-            -0.5 * float(residual @ weighted[:, -1] + log_scale),
-            -0.5 * float(log_scale),
-            num_joints,
+        return Felt.from_torques(
+            tau[None],
+            tau_arm[None],
+            (Y @ geometry.Phi)[None],
+            (self.threshold, self.weber_fraction),
+            num_samples if self.independent_samples else 1,
+            (Y @ geometry.Phi_errors)[None],
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
@@ -146,7 +132,7 @@ class WhiteNoise(CheckedFields):
 
     sd: Annotated[
         float,
-        Within(1e-12, 1e4),
+        Within(1e-6, 1e4),
         Setting("N m", "a hundredth of the strongest joint's torque limit (docs/decisions/0004-noise.md)"),
     ] = 0.7
 
@@ -159,20 +145,19 @@ class WhiteNoise(CheckedFields):
         residual = tau - tau_arm
         return np.concatenate([(Y.T @ Y).ravel(), Y.T @ residual, [residual @ residual]])
 
-    def compute_likelihood(
-        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
-    ) -> Likelihood:
-        """Computes the likelihood of all samples, which does not depend on rho; the geometry is taken as exact."""
+    def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
+        """Returns what all samples tell: a quadratic log likelihood."""
         sums = num_samples * features / self.sd**2
         YtY = sums[: NUM_PARAMETERS**2].reshape(NUM_PARAMETERS, NUM_PARAMETERS)
         log_scale = num_samples * num_joints * np.log(2.0 * np.pi * self.sd**2)
-        return Likelihood(
-            geometry.Phi.T @ YtY @ geometry.Phi,
-            geometry.Phi.T @ sums[NUM_PARAMETERS**2 : -1],
+        of_body = Likelihood(
+            0.5 * (YtY + YtY.T),
+            sums[NUM_PARAMETERS**2 : -1],
             -0.5 * float(sums[-1] + log_scale),
             -0.5 * float(log_scale),
             num_samples * num_joints,
         )
+        return Felt.from_quadratic(of_body, geometry.Phi, geometry.Phi_errors)
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
         """Returns zeros, because no error lasts a trial."""

@@ -28,6 +28,7 @@ class Stream(enum.IntEnum):
     ORDER = 10**6  # order in which an observer is given objects
     PAPER = 10**6 + 1  # choices with the paper's rule
     BAYES = 10**6 + 2  # choices of the least expected work
+    PROBABILITY = 10**6 + 4  # probabilities of the paper's rule
     PRIOR = 10**6 + 3  # choices before any experience
     LIGHT_ENDS = 10**6 + 5  # choices compared with the order of the densities (hammer)
     SHOWN = 10**6 + 6  # pictures of objects in the report

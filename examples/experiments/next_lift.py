@@ -20,8 +20,6 @@ import pandas as pd
 import xarray as xr
 
 from affordance.arrays import about
-from affordance.belief.density_belief import Prior
-from affordance.belief.felt_object import FeltObject
 from affordance.belief.learners import list_learners
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
@@ -193,21 +191,11 @@ def choose(
         memory,
         setup.settings,
         criterion=Criterion.WORK,
-        felt=list_felt(things, memory, setup.settings.prior),
+        looks={thing.name: [part.appearance for part in measure_drawing(thing)] for thing in things},
         num_samples=SAMPLES,
         seed=int(np.random.default_rng(seed).integers(2**31)),
     )
     return [thing.name for thing in offered].index(advice.next_name), bool(advice.stop)
-
-
-def list_felt(things: Sequence[Tool], memory: MaterialMemory, prior: Prior) -> dict[str, FeltObject]:
-    """Lists what a memory has felt of each object, by name; objects that look alike count as one."""
-    found: dict[str, FeltObject] = {}
-    for thing in things:
-        felt = memory.recall([part.appearance for part in measure_drawing(thing)], prior).felt
-        if felt is not None and all(felt.appearance != each.appearance for each in found.values()):
-            found[thing.name] = felt
-    return found
 
 
 def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:

@@ -15,8 +15,8 @@ from affordance.experiments import reach
 from affordance.experiments.shared.experience import gain_experience, recall
 from affordance.experiments.shared.grips import (
     choose_before_experience,
-    choose_by_sample,
-    estimate_correct,
+    compute_probabilities,
+    estimate_probability,
     find_cheaper_grip,
 )
 from affordance.experiments.shared.observers import Setup
@@ -38,7 +38,7 @@ def measure(folder: Path, *, repeats: int = 200, jobs: int) -> dict[str, Any]:
     """Simulates the observers with each change, and stores them in a folder.
 
     Returns:
-        Fractions of correct choices for the first novel tool at every moment, by key of CHANGES.
+        Probabilities of the correct choice for the first novel tool at every moment, by key of CHANGES.
     """
     setup = Setup(observers=repeats, jobs=jobs, out=folder)
     held, (tool, *_), task = reach.read(setup)
@@ -51,11 +51,11 @@ def measure(folder: Path, *, repeats: int = 200, jobs: int) -> dict[str, Any]:
         changed = replace(setup, out=folder / name, settings=change_settings(setup.settings, changes))
         experience = gain_experience(changed, held)
         moments = range(experience.sizes["trial"] + 1)
-        chosen = [
-            choose_by_sample(
+        right = [
+            compute_probabilities(
                 choice, [recall(changed, experience, observer, k) for k in moments], (setup.seed, observer)
-            )
+            )[:, correct]
             for observer in range(repeats)
         ]
-        found[name] = estimate_correct(np.array(chosen), before, correct).mean
+        found[name] = estimate_probability(np.array(right), before, correct).mean
     return found

@@ -17,8 +17,8 @@ from affordance.exceptions import AffordanceError
 from affordance.experiments.shared.grips import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
-    choose_by_sample,
-    estimate_correct,
+    compute_probabilities,
+    estimate_probability,
     find_grip_of_densest,
 )
 from affordance.objects.tool import Tool
@@ -72,11 +72,11 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
     cost = np.where(costs.feasible, costs.cost, np.inf)
     if rule == "one sample":
         before = choose_before_experience(choice, experience[0][0].colours, seed)
-        chosen = [
-            choose_by_sample(choice, memories, (seed, observer))[list(MOMENTS)]
+        right = [
+            compute_probabilities(choice, [memories[after] for after in MOMENTS], (seed, observer))[:, correct]
             for observer, memories in enumerate(experience)
         ]
-        estimate = estimate_correct(np.array(chosen), before, correct)
+        estimate = estimate_probability(np.array(right), before, correct)
     else:
         estimate = _estimate_by_expectation(choice, experience, seed, correct)
     grips = [option.grip for option in choice.options]

@@ -2,10 +2,17 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from affordance.belief.colour_recognition import CERTAIN, GAMUT_VOLUME, JUST_NOTICEABLE, compute_colour_probabilities
+from affordance.belief.colour_recognition import (
+    CERTAIN,
+    GAMUT_VOLUME,
+    JUST_NOTICEABLE,
+    compute_colour_probabilities,
+    find_material,
+)
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.learner import describe_prior
 from affordance.belief.material_memory import MaterialMemory
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import convert_to_lab
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
@@ -118,3 +125,15 @@ def test_brightness_has_an_error_of_its_own(measured, lightness_sd):
     found = compute_colour_probabilities(measured, sd, known, lightness_sd)
     # OpenCV rounds a* and b* to a quarter of a unit, which turns the direction of dark colours by a hundredth.
     np.testing.assert_allclose(found, weights / weights.sum(), rtol=0.01, atol=1e-9)
+
+
+_WOOD, _STEEL, _BRASS = (0.7, 0.5, 0.3), (0.5, 0.5, 0.5), (0.8, 0.6, 0.1)
+
+
+def test_materials_are_found_by_colour():
+    exact = PartAppearance(_WOOD, (0.1,), (0.0, 0.0, 0.0))
+    assert find_material(exact, (_STEEL, _WOOD)) == 1
+    assert find_material(exact, (_STEEL, _BRASS)) is None
+    measured = exact._replace(colour=(0.71, 0.5, 0.29), colour_sd=2.0)
+    assert find_material(measured, (_STEEL, _WOOD)) == 1
+    assert find_material(measured._replace(colour=(0.1, 0.2, 0.9)), (_STEEL, _WOOD)) is None

@@ -5,6 +5,7 @@ from scipy.stats import norm
 
 from affordance.belief import kinds_gate
 from affordance.belief.density_belief import Prior
+from affordance.belief.holds import Felt
 from affordance.belief.kinds import KindPrior, add_kinds, start_kinds
 from affordance.belief.kinds_gate import Hypotheses, compute_kind_probabilities, list_hypotheses, weigh
 from affordance.belief.learner import Seen, describe_start
@@ -12,8 +13,6 @@ from affordance.belief.learners import KINDS_MAP
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.proprioception.static_hold import StaticPercept
-from affordance.proprioception.torque_noise import WeberNoise
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 NEVER = np.zeros(1, dtype=np.intp)  # number of the only thing, of one observer
@@ -48,7 +47,6 @@ def test_probabilities_sum_to_one_for_any_settings(rng):
 def build_state(colours, mean, covariance, things):
     """The state of one observer with kinds of colours, and things by the kinds of their colours; the first is new."""
     size = len(things[0])
-    precision = np.linalg.inv(covariance)
     state = start_kinds(0, KindPrior(np.array([PRIOR.mode]), np.array([PRIOR.sd])))
     priors = [KindPrior(np.array([PRIOR.mode]), np.array([PRIOR.sd]))] * len(colours)
     state = add_kinds(state, colours, priors, np.ones((1, len(colours)), dtype=bool))
@@ -61,16 +59,14 @@ def build_state(colours, mean, covariance, things):
     return {
         **describe_start(KINDS_MAP.change(kappa=0.25).parameters, PRIOR, 1),
         **state,
-        "precision": precision[None],
-        "information": (precision @ mean)[None],
+        "mean": np.array([mean], dtype=float),
+        "covariance": np.array([covariance], dtype=float),
         "thing_kind": kinds,
         "num_lifts": lifts,
         "probability": zeros,
         "is_own": zeros.astype(bool),
         "own_mean": zeros,
         "own_covariance": room,
-        "felt_precision": room,
-        "felt_information": zeros,
     }
 
 
@@ -93,7 +89,7 @@ def test_breadth_of_a_category_is_in_proportion_to_what_its_kind_weighs():
     np.testing.assert_allclose(found, [1e4 + 1000.0**2, 1e4 + 2.5**2])  # no kind is lighter than foam
 
 
-def weigh_hypotheses(monkeypatch, probability, moments, find_likelihood):
+def weigh_hypotheses(monkeypatch, probability, moments, felt):
     """Verdicts on hypotheses of one observer, by their probabilities before, and moments of one density each."""
     N = len(moments)
     mean, sd = np.array(moments).T
@@ -103,7 +99,7 @@ def weigh_hypotheses(monkeypatch, probability, moments, find_likelihood):
     given = Hypotheses(np.zeros(N, dtype=np.intp), kinds, np.array(probability), densities, no)
     monkeypatch.setattr(kinds_gate, "list_hypotheses", lambda state, seen: given)
     state = build_state((0,), [1500.0], np.eye(1), [(0,)])
-    return weigh(state, Seen((0,), NEVER), find_likelihood)
+    return weigh(state, Seen((0,), NEVER), felt)
 
 
 @pytest.mark.parametrize(("mean", "sd"), [(1000.0, 4000.0), (1500.0, 390.0), (2500.0, 60.0)])
@@ -112,9 +108,7 @@ def test_evidence_is_the_integral_of_likelihood_times_belief(mean, sd, monkeypat
     likelihood = Likelihood(
         np.array([[r @ r]]) / s**2, np.array([r @ y]) / s**2, -0.5 * y @ y / s**2 - np.log(2.0 * np.pi * s**2)
     )
-    verdicts = weigh_hypotheses(
-        monkeypatch, [1.0], [(mean, sd)], lambda normals, observers: Likelihood.stack([likelihood])
-    )
+    verdicts = weigh_hypotheses(monkeypatch, [1.0], [(mean, sd)], Felt.from_quadratic(likelihood))
 
     def integrand(rho):
         return norm.pdf(y[0], r[0] * rho, s) * norm.pdf(y[1], r[1] * rho, s) * norm.pdf(rho, mean, sd)
@@ -126,8 +120,7 @@ def test_evidence_is_the_integral_of_likelihood_times_belief(mean, sd, monkeypat
 
 @pytest.mark.parametrize("true", [1500.0, 2000.0, 2500.0, 700.0])
 def test_errors_that_grow_with_torque_hardly_change_what_is_judged(true, hold, monkeypatch):
-    """Log odds with errors sized at each hypothesis's posterior mean agree to 0.1 with quadrature over densities."""
-    noise = WeberNoise(0.07, 0.097)
+    """Log odds by Laplace's method under each hypothesis agree to 0.1 with quadrature over densities."""
     Phi = np.zeros((NUM_PARAMETERS, 1))
     Phi[0] = 600e-6  # the test object of Linear+
     regressor = (hold.Y @ Phi)[:, 0]
@@ -136,8 +129,8 @@ def test_errors_that_grow_with_torque_hardly_change_what_is_judged(true, hold, m
         rng = np.random.default_rng([seed, 5])
         tau = hold.tau_arm + regressor * true
         felt = tau + np.hypot(0.097, 0.07 * tau) * rng.standard_normal(7)
-        percept = StaticPercept(hold.tau_arm, regressor[None, :, None], (felt - hold.tau_arm)[None], noise)
-        verdicts = weigh_hypotheses(monkeypatch, [0.8, 0.2], moments, percept.find_likelihood)
+        evidence = Felt.from_torques(felt[None], hold.tau_arm, regressor[None, :, None], (0.097, 0.07))
+        verdicts = weigh_hypotheses(monkeypatch, [0.8, 0.2], moments, evidence)
         rho = np.linspace(-3000.0, 8000.0, 22001)[:, None]
         predicted = hold.tau_arm + regressor * rho
         log_likelihood = norm.logpdf(felt, predicted, np.hypot(0.097, 0.07 * predicted)).sum(axis=1)

@@ -10,10 +10,10 @@ from helpers.children import ROOT
 from helpers.refusals import refuse
 
 from affordance.belief.density_belief import Prior
+from affordance.belief.holds import Felt
 from affordance.belief.learner import Learner, Seen
 from affordance.belief.learner_file import load_learner
 from affordance.belief.learners import LEARNERS, check_learner, list_learners
-from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import start_memory
 from affordance.belief.memory_file import format_memory, parse_memory
 from affordance.commands.options import read_learner
@@ -32,6 +32,7 @@ MINE = """
 from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
+from affordance.belief.normals import Normals
 from affordance.belief.one_density import OneDensity
 from affordance.files.constraints import Setting, Within
 from my_helper import FACTOR
@@ -42,7 +43,8 @@ class Mine(OneDensity):
         gain: Annotated[float, Within(0.0, 2.0), Setting("1", "mine")] = 1.0
 
     def expect(self, state, seen):
-        return super().expect(state, seen).widen(FACTOR * state["gain"][:, None])
+        believed = super().expect(state, seen)
+        return Normals(believed.mean + FACTOR * state["gain"][:, None], believed.covariance)
 
 class Abstract(OneDensity.__mro__[1]):
     pass
@@ -81,12 +83,12 @@ def test_forgetting_is_a_kalman_filter():
     mean, variance = np.full(3, 1000.0), np.full(3, 4000.0**2)
     for number in range(20):
         felt, sd = rng.normal(2000.0, 300.0, 3), rng.uniform(50.0, 300.0, 3)
-        likelihood = Likelihood(1.0 / sd[:, None, None] ** 2, (felt / sd**2)[:, None], np.zeros(3))
+        scaled = Felt.from_torques((felt / sd)[:, None], np.zeros(1), 1.0 / sd[:, None, None], (1.0, 0.0))
         seen = Seen((0,), np.full(3, number % 4))
-        state, densities, _ = learner.learn(state, seen, lambda *_, found=likelihood: found, rng)
+        state, densities, _ = learner.learn(state, seen, scaled, rng)
         own = variance + 0.05**2 * (mean**2 + variance)
         np.testing.assert_allclose(densities.mean[:, 0], mean + own / (own + sd**2) * (felt - mean), rtol=1e-9)
-        gain = variance / (variance + (0.05 * felt) ** 2 + sd**2)
+        gain = variance / (own + sd**2)
         mean, variance = mean + gain * (felt - mean), (1.0 - gain) * variance + drift**2
         np.testing.assert_allclose(learner.believe(state).mean[:, 0], mean, rtol=1e-9)
         np.testing.assert_allclose(learner.believe(state).covariance[:, 0, 0], variance, rtol=1e-9)
@@ -214,8 +216,8 @@ class Bare(Learner):
     def expect(self, state, seen):
         return LEARNERS["density"].expect(state, seen)
 
-    def learn(self, state, seen, find_likelihood, rng):
-        return LEARNERS["density"].learn(state, seen, find_likelihood, rng)
+    def learn(self, state, seen, felt, rng):
+        return LEARNERS["density"].learn(state, seen, felt, rng)
 
 
 def test_a_learner_without_colours_met_later_says_so():

@@ -7,6 +7,7 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.belief.density_belief import Prior
+from affordance.belief.holds import Felt
 from affordance.belief.kinds_learner import Kinds, Pick
 from affordance.belief.learners import DENSITY, LEARNERS
 from affordance.belief.likelihood import Likelihood
@@ -24,7 +25,7 @@ def lift(memory, colours, length, densities):
     recollection = memory.recall(parts, PRIOR)
     precision = np.eye(len(colours)) / 150.0**2
     likelihood = Likelihood(precision, precision @ np.array(densities), -0.5 * float(np.dot(densities, densities)))
-    return recollection.memory.learn(lambda belief: likelihood, PRIOR.deviation).memory
+    return recollection.memory.learn(Felt.from_quadratic(likelihood), PRIOR.deviation).memory
 
 
 def learn_from_an_odd_rod(memory):
@@ -52,7 +53,7 @@ def test_memory_comes_back_to_the_last_bit(learner):
 def test_what_was_felt_of_an_odd_thing_comes_back_too():
     memory = learn_from_an_odd_rod(start_memory(Kinds(kappa=0.25)))
     assert memory.state["is_own"].any()
-    assert memory.state["felt_precision"].any()
+    assert memory.state["hold_count"].any()
 
 
 def test_a_memory_before_anything_was_met_comes_back():

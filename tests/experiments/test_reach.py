@@ -24,17 +24,19 @@ def test_chance_of_the_stick_is_by_symmetry(shipped):
     tools, rules = read_section(shipped.folder).tables
     assert [row[0] for row in tools["rows"]] == TOOLS
     assert [row[0] for row in tools["rows"] if any("(by symmetry)" in cell for cell in row)] == ["stick"]
-    assert len(rules["rows"]) == 3
+    assert len(rules["rows"]) == 4
 
 
-def test_shares_are_those_of_the_choices_of_all_observers(shipped):
-    """Shares after the first trial count the choices in the data; that before is of the prior."""
+def test_probabilities_and_shares_are_those_of_all_observers(shipped):
+    """Those after the first trial are of the data; that before is of the prior."""
     grips = [*shipped.numbers["energy_true"]]
     for index, tool in enumerate(TOOLS):
         numbers = shipped.numbers["tools"][tool]
         assert numbers["correct_grip"] == min(numbers["energy_true"], key=numbers["energy_true"].get)
         hits = shipped.data.paper.values[:, index] == grips.index(numbers["correct_grip"])
-        np.testing.assert_array_equal(numbers["p_correct"][1:], hits.mean(axis=0)[1:])
+        np.testing.assert_array_equal(numbers["p_correct_drawn"][1:], hits.mean(axis=0)[1:])
+        right = shipped.data.probability.values[:, index, :, grips.index(numbers["correct_grip"])]
+        np.testing.assert_allclose(numbers["p_correct"][1:], right.mean(axis=0)[1:])
     np.testing.assert_array_equal(shipped.numbers["effort_flips"], shipped.data.flips.values.mean(axis=0))
 
 
@@ -98,5 +100,5 @@ def test_text_is_about_the_tools_that_there_are(shipped):
     assert "They also chose a grip for: hammer." in shipped.summary
     assert "Both ends of the stick look alike" in shipped.captions["figure8"]
     first, *_, last = shipped.numbers["p_correct"]
-    assert f"in {first:.0%} of cases before anything was held" in shipped.finding
-    assert shipped.finding.endswith(f"and in {last:.0%} after 6 trials.")
+    assert f"with a probability of {first:.0%} before anything was held" in shipped.finding
+    assert shipped.finding.endswith(f"and {last:.0%} after 6 trials.")

@@ -1,8 +1,8 @@
-"""Beliefs of a learner with kinds, computed anew from all lifts so far, in moments and without short cuts.
+"""Judgements of a learner with kinds, computed anew from all lifts so far, in moments and without short cuts.
 
 Lifts are measurements y = R rho + e of an object's densities, e ~ N(0, V). Nothing here knows of information form,
 of indices that shift, or of an update: every question is answered from the list of lifts and of what was decided,
-and from what each kind started with, {kind: (mean, sd)}.
+and from what is believed of the kinds and of odd objects before the lift, which other tests compare with quadrature.
 """
 
 import itertools
@@ -10,10 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.hermite_e import hermegauss
-from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
-MODE, SD, DEVIATION, SPREAD = 1000.0, 4000.0, 0.06, 2.0
+MODE, SD, SPREAD = 1000.0, 4000.0, 2.0
 
 
 class BruteLift(NamedTuple):
@@ -25,59 +24,6 @@ class BruteLift(NamedTuple):
     R: np.ndarray
     y: np.ndarray
     V: np.ndarray
-
-
-def believe_kinds(lifts, names, priors):
-    """Mean and covariance of the densities of named kinds, each with its prior before the first of the lifts."""
-    everyone = list(dict.fromkeys([*names, *(kind for lift in lifts for kind in lift.kinds)]))
-    mean = np.array([priors[name][0] for name in everyone])
-    covariance = np.diag([priors[name][1] ** 2 for name in everyone])
-    if lifts:
-        H = np.vstack(
-            [lift.R @ [[float(kind == name) for name in everyone] for kind in lift.kinds] for lift in lifts]
-        )
-        y = np.concatenate([lift.y for lift in lifts])
-        R = block_diag(*(lift.R for lift in lifts))
-        runs = list_runs(lifts)
-        same = np.array([[float(one == other) for other in runs] for one in runs])
-        shared = np.block(
-            [
-                [each * np.eye(len(one.kinds), len(other.kinds)) for each, other in zip(row, lifts, strict=True)]
-                for row, one in zip(same, lifts, strict=True)
-            ]
-        )
-        scatter = np.diag(DEVIATION * np.concatenate([estimate_own(lifts, runs, run) for run in runs]))
-        noise = block_diag(*(lift.V for lift in lifts)) + R @ scatter @ shared @ scatter @ R.T
-        gain = covariance @ H.T @ np.linalg.inv(H @ covariance @ H.T + noise)
-        mean, covariance = mean + gain @ (y - H @ mean), covariance - gain @ H @ covariance
-    return mean[: len(names)], covariance[: len(names), : len(names)]
-
-
-def estimate_own(lifts, runs, run):
-    """Densities of an object by the lifts of a run alone, nearly as common to all its colours where these allow it.
-
-    Least squares of what was measured, in which each density is a further measurement of the common density that
-    fits best, with an SD of the root mean square of that.
-    """
-    mine = [lift for lift, each in zip(lifts, runs, strict=True) if each == run]
-    weights = [np.linalg.cholesky(np.linalg.inv(lift.V)).T for lift in mine]
-    A = np.vstack([weight @ lift.R for weight, lift in zip(weights, mine, strict=True)])
-    y = np.concatenate([weight @ lift.y for weight, lift in zip(weights, mine, strict=True)])
-    alike, m = A.sum(axis=1), A.shape[1]
-    common, variance = alike @ y / (alike @ alike), 1.0 / (alike @ alike)
-    rms = np.sqrt(common**2 + variance)
-    return np.linalg.lstsq(np.vstack([A, np.eye(m) / rms]), np.append(y, np.full(m, common / rms)))[0]
-
-
-def list_runs(lifts):
-    """The runs of lifts in which an object stayed of its kinds, a (name, number) a lift: its deviation is one."""
-    runs, last = [], {}
-    for number, lift in enumerate(lifts):
-        kinds, run = last.get(lift.name, (None, None))
-        run = run if kinds == lift.kinds else number
-        last[lift.name] = (lift.kinds, run)
-        runs.append((lift.name, run))
-    return runs
 
 
 def list_present(lifts):
@@ -98,40 +44,40 @@ def find_most_populous(lifts, colour, born):
     return max(kinds, key=lambda kind: (len(present[kind]), -born[kind])) if kinds else None
 
 
-def believe_own(lifts, name, born, kappa, priors):
-    """Densities of an object's own before the next lift: {column: place}, mean, covariance; empty for a member.
-
-    The chain of its last lifts in which a colour stayed outside the most populous kind, started at the kind.
-    """
-    columns, mean, covariance = [], np.zeros(0), np.zeros((0, 0))
+def list_odd_columns(lifts, name, born):
+    """Columns of an object that stayed outside the most populous kind since its last lift; empty for a member."""
+    columns = []
     for number, lift in enumerate(lifts):
-        before, after = lifts[:number], lifts[: number + 1]
         if lift.name == name:
-            founded = [kind for kind in lift.kinds if kind not in {k for each in before for k in each.kinds}]
-            own = (columns, mean, covariance)
-            belief = describe_object(
-                before,
-                believe_kinds(before, lift.kinds, priors),
-                lift.kinds,
-                name,
-                kappa,
-                own,
-                breadth=dict.fromkeys(founded, 0.0),
-            )
-            mean, covariance = condition(*belief, lift.R, lift.y, lift.V)
             columns, kinds, colours = list(range(len(lift.kinds))), lift.kinds, lift.colours
-        if columns:
-            odd = [
-                place
-                for place, column in enumerate(columns)
-                if kinds[column] != find_most_populous(after, colours[column], born)
-            ]
-            columns = [columns[place] for place in odd]
-            mean, covariance = mean[odd], covariance[np.ix_(odd, odd)]
-    return columns, mean, covariance
+        after = lifts[: number + 1]
+        columns = [column for column in columns if kinds[column] != find_most_populous(after, colours[column], born)]
+    return columns
 
 
-def predict_new(lifts, colour, born, priors):
+class Known(NamedTuple):
+    """What is believed before a lift: means and covariance of named kinds, and the odd object's own densities."""
+
+    names: list[str]
+    mean: np.ndarray
+    covariance: np.ndarray
+    own_mean: np.ndarray
+    own_covariance: np.ndarray
+
+    def believe(self, kinds, new):
+        """Mean and covariance of kinds, of which the new ones have a mean and an SD of their own."""
+        mean, covariance = np.zeros(len(kinds)), np.zeros((len(kinds), len(kinds)))
+        for i, kind in enumerate(kinds):
+            mean[i] = new[kind][0] if kind in new else self.mean[self.names.index(kind)]
+            for j, other in enumerate(kinds):
+                if kind in new:
+                    covariance[i, j] = new[kind][1] ** 2 * (i == j)
+                elif other not in new:
+                    covariance[i, j] = self.covariance[self.names.index(kind), self.names.index(other)]
+        return mean, covariance
+
+
+def predict_new(lifts, colour, born, known):
     """Mean and SD of a kind that is new: those of all materials for the first of its colour.
 
     Of a further one they are in proportion to the root mean square of the most populous kind's density.
@@ -139,7 +85,7 @@ def predict_new(lifts, colour, born, priors):
     populous = find_most_populous(lifts, colour, born)
     if populous is None:
         return MODE, SD
-    (mean,), ((variance,),) = believe_kinds(lifts, [populous], priors)
+    (mean,), ((variance,),) = known.believe([populous], {})
     nodes, weights = hermegauss(3)  # exact for the square of a normal variable
     reference = np.sqrt(weights @ (mean + np.sqrt(variance) * nodes) ** 2 / weights.sum())
     return reference, SPREAD * reference
@@ -152,13 +98,12 @@ def describe_object(lifts, believed, kinds, name, kappa, own, breadth):
     breadths = [breadth.get(kind, kappa * max(rho, 10.0)) for kind, rho in zip(kinds, mean, strict=True)]
     covariance = covariance + np.diag(breadths) ** 2
     columns, own_mean, own_covariance = own
-    stays = [place for place, column in enumerate(columns) if last.kinds[column] == kinds[column]]
-    for place in stays:
-        column = columns[place]
-        mean[column] = own_mean[place]
+    stays = [column for column in columns if last.kinds[column] == kinds[column]]
+    for column in stays:
+        mean[column] = own_mean[column]
         covariance[column, :] = covariance[:, column] = 0.0
-    for place, other in itertools.product(stays, stays):
-        covariance[columns[place], columns[other]] = own_covariance[place, other]
+    for column, other in itertools.product(stays, stays):
+        covariance[column, other] = own_covariance[column, other]
     return mean, covariance
 
 
@@ -186,15 +131,15 @@ def condition(mean, covariance, R, y, V):
     return mean + gain @ (y - R @ mean), covariance - gain @ R @ covariance
 
 
-def judge(lifts, name, colours, R, y, V, born, priors, *, kappa, alpha=1.0, c=1.0):
+def judge(lifts, name, colours, R, y, V, born, known, *, kappa, alpha=1.0, c=1.0):
     """Probability of every hypothesis about an object after a lift, {kinds: probability}; "new" is a new kind.
 
     Returns: These; and for each hypothesis what its new kinds would start with, {kinds: {column: (mean, sd)}}.
     """
     present, colour_of = list_present(lifts)
     candidates = [[kind for kind in present if colour_of[kind] == colour] + ["new"] for colour in colours]
-    own = believe_own(lifts, name, born, kappa, priors)
-    new = {f"new {column}": predict_new(lifts, colour, born, priors) for column, colour in enumerate(colours)}
+    own = list_odd_columns(lifts, name, born), known.own_mean, known.own_covariance
+    new = {f"new {column}": predict_new(lifts, colour, born, known) for column, colour in enumerate(colours)}
     logs, starts = {}, {}
     for kinds in itertools.product(*candidates):
         named = tuple(f"new {column}" if kind == "new" else kind for column, kind in enumerate(kinds))
@@ -208,7 +153,7 @@ def judge(lifts, name, colours, R, y, V, born, priors, *, kappa, alpha=1.0, c=1.
             continue
         further = {column: kind for column, kind in enumerate(named) if kind in new and new[kind] != (MODE, SD)}
         breadth = {kind: kappa * new[kind][0] for kind in further.values()}
-        believed = believe_kinds(lifts, named, priors | new)
+        believed = known.believe(named, new)
         for _ in range(200):  # to a fixed point
             belief = describe_object(lifts, believed, named, name, kappa, own, breadth)
             after = condition(*belief, R, y, V)[0]

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from helpers.density_quadrature import compare_moments, integrate
 from helpers.seen_objects import TWO_MATERIALS, detect_parts
 from scipy.stats import norm
 
 from affordance.belief.density_belief import Prior
 from affordance.plant.arm_model import ArmModel
-from affordance.proprioception.estimator import compute_posterior
+from affordance.proprioception.estimator import compute_posterior, condition_on_torques
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise, draw_acceleration_error
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
@@ -73,13 +74,20 @@ def test_mean_of_independent_samples_scatters_by_the_root_of_their_number(hold, 
 def test_white_samples_give_exact_bayes(hold, belief):
     noise = WhiteNoise(0.7)
     statistics = hold.measure(belief, TRUE, noise, (4,), num_samples=NUM_SAMPLES)
-    posterior = compute_posterior(belief, statistics, 7, noise, PRIOR.deviation).posterior.densities
+    posterior, likelihood = condition_on_torques(belief, statistics, 7, noise, PRIOR.deviation)
     regressor = np.tile(hold.Y @ belief.geometry.Phi, (NUM_SAMPLES, 1)) / noise.sd
     residual = (draw_torques(hold, belief, noise, (4,)) - hold.tau_arm).ravel() / noise.sd
-    precision = belief.densities.precision + regressor.T @ regressor
-    np.testing.assert_allclose(posterior.precision, precision, rtol=1e-10)
-    mean = np.linalg.solve(precision, belief.densities.information_vector + regressor.T @ residual)
-    np.testing.assert_allclose(posterior.untruncated_mean, mean, rtol=1e-9)
+    np.testing.assert_allclose(likelihood.precision, regressor.T @ regressor, rtol=1e-10)
+    np.testing.assert_allclose(likelihood.information_vector, regressor.T @ residual, rtol=1e-9)
+    axes = [np.arange(10.0, 16_000.0, 20.0)] * 2
+    expected = integrate(
+        lambda rho: norm.logpdf(residual, rho @ regressor.T).sum(axis=1),
+        axes,
+        [PRIOR.mode] * 2,
+        [PRIOR.sd] * 2,
+        PRIOR.deviation,
+    )
+    compare_moments(posterior.densities, expected.own_mean, expected.own_covariance)
 
 
 @pytest.mark.parametrize("noise", [WeberNoise(0.07, 0.097), WhiteNoise(0.7)])

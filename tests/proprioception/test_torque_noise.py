@@ -3,8 +3,11 @@ import dataclasses
 import numpy as np
 import pytest
 from helpers.seen_objects import BLUE, RED, TWO_MATERIALS, detect_parts, place
+from scipy.stats import norm
 
 from affordance.belief.density_belief import Prior
+from affordance.belief.holds import compute_log_likelihood
+from affordance.belief.normals import Normals
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
@@ -40,23 +43,21 @@ def test_white_noise_is_new_in_every_sample_and_the_same_for_the_same_seed():
         assert not lasting.any()
 
 
+def evaluate(felt, rho):
+    """The exact log likelihood of one hold at densities."""
+    return compute_log_likelihood(felt.hold, rho[None, None, None]).value.item()
+
+
 def test_weber_likelihood_is_that_of_a_normal_percept(rng, hold):
     noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
     belief = detect_parts(TWO_MATERIALS, PRIOR)
     tau = hold.tau_arm + rng.normal(size=7)
-    at = np.array([800.0, 7000.0])
-    likelihood = noise.compute_likelihood(
-        noise.compute_features(tau, hold.tau_arm, hold.Y), 5, 7, belief.geometry, at
-    )
-    sd = np.sqrt(0.1**2 + (0.07 * (hold.tau_arm + hold.Y @ belief.geometry.Phi @ at)) ** 2)
+    felt = noise.describe(noise.compute_features(tau, hold.tau_arm, hold.Y), 5, 7, belief.geometry)
     for _ in range(5):
         rho = rng.uniform(100, 9000, 2)
-        residual = tau - hold.tau_arm - hold.Y @ belief.geometry.Phi @ rho
-        expected = -0.5 * ((residual / sd) ** 2).sum() - np.log(sd).sum() - 3.5 * np.log(2 * np.pi)
-        actual = (
-            -0.5 * rho @ likelihood.precision @ rho + likelihood.information_vector @ rho + likelihood.log_constant
-        )
-        assert actual == pytest.approx(expected, abs=1e-9)
+        predicted = hold.tau_arm + hold.Y @ belief.geometry.Phi @ rho
+        expected = norm.logpdf(tau, predicted, np.hypot(0.1, 0.07 * predicted)).sum()
+        assert evaluate(felt, rho) == pytest.approx(expected, abs=1e-9)
 
 
 def test_white_likelihood_is_the_product_over_samples(rng):
@@ -64,7 +65,8 @@ def test_white_likelihood_is_the_product_over_samples(rng):
     belief = detect_parts(TWO_MATERIALS, PRIOR)
     samples = [(rng.normal(size=7), rng.normal(size=7), rng.normal(size=(7, 10))) for _ in range(6)]
     features = np.mean([noise.compute_features(*sample) for sample in samples], axis=0)
-    likelihood = noise.compute_likelihood(features, 6, 7, belief.geometry, np.zeros(2))
+    normals = Normals(np.zeros((1, 2)), 1e6 * np.eye(2)[None])
+    likelihood = noise.describe(features, 6, 7, belief.geometry).find_likelihood(normals).take(0)
     rho = np.array([700.0, 7800.0])
     expected = 0.0
     for tau, tau_arm, Y in samples:
@@ -81,7 +83,7 @@ def recover_covariance(noise, geometry, rho, Y, tau_arm):
 
     def compute_log_constant(residual):
         features = noise.compute_features(tau_arm + residual, tau_arm, Y)
-        return noise.compute_likelihood(features, 1, n, geometry, rho).log_constant
+        return evaluate(noise.describe(features, 1, n, geometry), rho)
 
     unit = np.eye(n)
     at = {(i, j): compute_log_constant(unit[i] + unit[j]) for i in range(n) for j in range(i + 1)}
@@ -129,12 +131,19 @@ def test_uncertain_geometry_scatters_the_percept_as_looking_again_does(model, rn
 
 @pytest.mark.parametrize("num_samples", [1, 4, 30])
 def test_every_independent_sample_counts(num_samples, hold):
-    """Precision for n independent samples is n times that of one, as the mean has an nth of the variance."""
+    """The mean of n independent samples has an nth of the variance."""
     belief = detect_parts(TWO_MATERIALS, PRIOR)
     statistics = hold.measure(belief, np.array([700.0, 7800.0]), WeberNoise(0.07, 0.1), (1,))
     rho = np.array([800.0, 7000.0])
-    one = WeberNoise(0.07, 0.1).compute_likelihood(statistics.features, num_samples, 7, belief.geometry, rho)
-    noise = WeberNoise(0.07, 0.1, independent_samples=True)
-    many = noise.compute_likelihood(statistics.features, num_samples, 7, belief.geometry, rho)
-    np.testing.assert_allclose(many.precision, num_samples * one.precision, rtol=1e-12)
-    np.testing.assert_allclose(many.information_vector, num_samples * one.information_vector, rtol=1e-12)
+    predicted = hold.tau_arm + hold.Y @ belief.geometry.Phi @ rho
+    for is_independent, count in ((False, 1), (True, num_samples)):
+        noise = WeberNoise(0.07, 0.1, independent_samples=is_independent)
+        felt = noise.describe(statistics.features, num_samples, 7, belief.geometry)
+        sd = np.hypot(0.1, 0.07 * predicted) / np.sqrt(count)
+        expected = norm.logpdf(statistics.features[:7], predicted, sd).sum()
+        # The densities that a mean of samples tells of, up to a constant of the mean alone.
+        other = 1.1 * rho
+        predicted_other = hold.tau_arm + hold.Y @ belief.geometry.Phi @ other
+        sd_other = np.hypot(0.1, 0.07 * predicted_other) / np.sqrt(count)
+        expected -= norm.logpdf(statistics.features[:7], predicted_other, sd_other).sum()
+        assert evaluate(felt, rho) - evaluate(felt, other) == pytest.approx(expected, rel=1e-9)

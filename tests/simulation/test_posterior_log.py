@@ -4,7 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.density_quadrature import integrate
 from helpers.seen_objects import know
+from scipy.stats import norm
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.proprioception.torque_noise import WhiteNoise
@@ -42,15 +44,27 @@ def test_log_goes_from_the_visual_prior_to_what_the_memory_takes_over(weight):
 
 
 def test_white_noise_narrows_the_posterior_sample_by_sample(weight, hold):
-    """Precision grows in equal steps, one a sample, for an arm that believes the truth and so does not move."""
+    """Information grows in equal steps, one a sample, for an arm that believes the truth and so does not move."""
     noise, before = WhiteNoise(0.7), 1e-6
     record = run(weight, know(weight, precision=before), duration=1.0, noise=noise)
     assert np.abs(record.height_centre).max() < 0.002
     per_density = hold.Y @ weight.tools[0].parameters / 8500.0
     says = float(per_density @ per_density) / noise.sd**2
     counts = np.array([0, *range(9), 10])
-    prior = 1.0 / (1.0 / before + weight.settings.prior.deviation**2 * (8500.0**2 + 1.0 / before))
-    np.testing.assert_allclose(compute_sd(record), 1.0 / np.sqrt(prior + counts * says), rtol=1e-3)
+    expected = []
+    for entry, count in zip(record.posteriors, counts, strict=True):
+        state = entry.belief.memory.state
+        A, y = (state[name].ravel() for name in ("hold_regressor", "hold_tau"))  # empty before the first sample
+        np.testing.assert_allclose(A @ A, count * says, rtol=1e-3)
+        moments = integrate(
+            lambda rho, A=A, y=y: norm.logpdf(y, rho * A, 1.0).sum(axis=1),
+            [np.arange(2.5, 16_000.0, 5.0)],
+            [8500.0],
+            [before**-0.5],
+            weight.settings.prior.deviation,
+        )
+        expected.append(moments.own_covariance[0, 0] ** 0.5)
+    np.testing.assert_allclose(compute_sd(record), expected, rtol=1e-3)
 
 
 def test_control_uses_the_logged_posterior_if_it_is_told_to(weight):

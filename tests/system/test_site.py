@@ -170,8 +170,8 @@ def test_assumptions_of_identification_and_kinds_come_with_value_and_source():
         assert f"| {kind.value}: `{name}` | " in identification
     assert f"| `block` | {settings.block:g} | s |" in identification
     assert "| current: `friction_sd` | 0.3 | unit of the signal |" in identification
-    assert "| kinds, most probable: `kappa` | 0.22 |" in learners
-    assert "| kinds, drawn: `kappa` | 0.25 |" in learners
+    assert "| kinds, most probable: `kappa` | 0.2 |" in learners
+    assert "| kinds, drawn: `kappa` | 0.22 |" in learners
     assert "`log_volume_sd` | 0.15 |" in learners
     for row in [*identification.splitlines()[2:], *learners.splitlines()[2:]]:
         assert all(cell.strip() for cell in row.strip("|").split("|")[3:])

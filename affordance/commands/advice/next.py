@@ -3,7 +3,6 @@
 import argparse
 
 from affordance.arguments import check_number
-from affordance.belief.felt_object import FeltObject
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.options import add_weighings
 from affordance.choice.picking import MIN_FEASIBILITY, TIE
@@ -27,8 +26,9 @@ from affordance.extensions.advice.expected_inertia import build_expectations, de
 from affordance.extensions.advice.known_materials import learn_weighings
 from affordance.extensions.advice.next_hold import SETTLED, HoldAdvice, OpenDecision, Question, advise_hold
 from affordance.extensions.memory.ledger import describe_past_arms, open_memory
-from affordance.extensions.memory.summary import recall_felt
+from affordance.extensions.memory.summary import name_things
 from affordance.files.atomic import to_plain
+from affordance.objects.appearance import Appearance
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import tabulate_within
 from affordance.settings import Settings
@@ -51,12 +51,11 @@ def run(arguments: argparse.Namespace) -> int:
     bench = open_bench(arguments, robot, arguments.tasks, arguments.may_hold)
     settings, tasks, memory = bench.settings, bench.tasks, bench.named.memory
     candidates = _list_candidates(bench, arguments)
-    felt = _recall_felt(arguments.memory, settings)
     options = see_tools(arguments, bench)
-    if memory.learner.sums_evidence:
+    if memory.learner.is_exact:
         drawn = add_weighings(list_drawn_options(candidates), candidates)
         objects = {option.object_name: option for option in [*drawn, *options]}
-        memory, felt = learn_weighings(memory, objects, settings.prior, felt)
+        memory = learn_weighings(memory, objects, settings.prior)
     questions, remarks = list[Question](), list(bench.remarks)
     for name, task in tasks.items():
         usable, said = choose_strikers(options, task, bench.tools, arguments.tools)
@@ -70,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
         criterion=bench.criterion,
         bounds=None if bounds == GripBounds() else bounds,
         price=arguments.price,
-        felt=felt,
+        looks=_recall_looks(arguments.memory, settings),
         looks_ahead=True,
         num_samples=arguments.samples,
         seed=arguments.seed,
@@ -198,9 +197,10 @@ def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
     return [*bench.stock, *(bench.tools if arguments.include_tools else [])]
 
 
-def _recall_felt(place: str | None, settings: Settings) -> dict[str, FeltObject]:
-    """Reads the evidence about each object that was held; empty without a memory."""
+def _recall_looks(place: str | None, settings: Settings) -> dict[str, Appearance]:
+    """Reads the look of each object that was held, by its names; empty without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:
-        return recall_felt(ledger, settings.prior)
+        memory, found = ledger.review(settings.prior)
+    return {name: thing.appearance for name, thing in zip(name_things(found), memory.things, strict=True)}

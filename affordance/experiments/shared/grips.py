@@ -31,7 +31,7 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting import figures
 from affordance.reporting.formatting import count_observers
-from affordance.reporting.statistics import Estimate, estimate_proportion
+from affordance.reporting.statistics import Estimate, estimate_mean, estimate_proportion
 from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
@@ -41,6 +41,8 @@ from affordance.vision.features import VisionError
 NUM_PRIOR_CHOICES = 10_000
 # Number of density samples over which the work of each option is averaged.
 NUM_BAYES_SAMPLES = 2_000
+# Number of density samples for the probability that an option is the cheapest; its standard error is at most 0.022.
+NUM_PROBABILITY_SAMPLES = 500
 
 
 class SimulatedTask(Protocol):
@@ -98,6 +100,23 @@ def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: t
         parameters.append(choice.draw_parameters(memory, rng, 1))
     rng = np.random.default_rng([*seed, Stream.PAPER])
     return pick_cheapest(choice.compute_costs(np.concatenate(parameters, axis=1)), rng)
+
+
+def compute_probabilities(choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]) -> Array:
+    """Computes each belief's probability that an option costs the least work, (memories, options).
+
+    It is the probability with which ``choose_by_sample`` chooses the option. The probability that no option can be
+    used is divided equally.
+    """
+    found = []
+    for trial, memory in enumerate(memories):
+        rng = np.random.default_rng([*seed, trial, Stream.PROBABILITY])
+        parameters = choice.draw_parameters(memory, rng, NUM_PROBABILITY_SAMPLES)
+        picked = pick_cheapest(choice.compute_costs(parameters), rng)
+        count = len(choice.options)
+        shares = np.bincount(picked[picked != NO_OPTION], minlength=count) + (picked == NO_OPTION).sum() / count
+        found.append(shares / len(picked))
+    return np.array(found)
 
 
 def choose_by_expectation(
@@ -165,20 +184,25 @@ def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
     return (min if at_hand else max)(distances, key=distances.__getitem__)
 
 
-def estimate_correct(chosen: Chosen, before: Chosen | None, correct: int) -> Estimate:
-    """Estimates the share of correct choices, with Wilson's intervals, each (K + 1,).
+def estimate_probability(right: Array, before: Chosen, correct: int) -> Estimate:
+    """Estimates the mean probability of the correct choice over observers, with 95 % intervals, (K + 1,) each.
 
-    ``chosen``, (observers, K + 1), is compared with the index of the correct grip; if no option is usable, it counts
-    as half correct, like a guess. ``before``, (N,), are choices under the prior; they replace those of moment 0.
+    ``right``, (observers, K + 1), are the observers' probabilities of the correct option. ``before``, (N,), are
+    choices under the prior; their share of correct ones, with Wilson's interval, replaces moment 0.
     """
+    first = estimate_correct(before[:, None], correct)
+    later = estimate_mean(right[:, 1:])
+    clipped = (np.clip(each, 0.0, 1.0) for each in later)
+    return Estimate(*(np.concatenate([one, other]) for one, other in zip(first, clipped, strict=True)))
 
-    def estimate(choices: Chosen) -> Estimate:
-        hits: Array = ((choices == correct) + 0.5 * (choices == NO_OPTION)).sum(axis=0)
-        return estimate_proportion(hits, len(choices))
 
-    if before is None:
-        return estimate(chosen)
-    return Estimate(*(np.concatenate([[a], b[1:]]) for a, b in zip(estimate(before), estimate(chosen), strict=True)))
+def estimate_correct(chosen: Chosen, correct: int) -> Estimate:
+    """Estimates the share of correct choices, (observers, K), with Wilson's intervals, (K,) each.
+
+    If no option is usable, the choice counts as half correct, like a guess.
+    """
+    hits: Array = ((chosen == correct) + 0.5 * (chosen == NO_OPTION)).sum(axis=0)
+    return estimate_proportion(hits, len(chosen))
 
 
 def measure_choices(
@@ -191,11 +215,11 @@ def measure_choices(
     colours: tuple[Colour, ...],
     seed: int,
 ) -> dict[str, Any]:
-    """Computes shares of correct choices for each tool, and by both rules for the first, as in metrics.json.
+    """Computes probabilities of the correct choice for each tool, and two rules for the first, as in metrics.json.
 
     Args:
-        data: Indices of the chosen grips, ``paper`` (observer, tool, moment) and ``bayes`` (observer, moment), and
-            ``flips`` (observer, moment).
+        data: Probabilities of grips, ``probability`` (observer, tool, moment, grip), indices of the chosen grips,
+            ``paper`` (observer, tool, moment) and ``bayes`` (observer, moment), and ``flips`` (observer, moment).
         tools: Tools to choose a grip for; the first is the paper's.
         choices: Choices by tool.
         simulated: Simulations of the task with the true densities, by tool and grip.
@@ -209,10 +233,12 @@ def measure_choices(
         works = {grip: done.work for grip, done in simulated[name].items()}
         correct = find_cheaper_grip(simulated[name])
         before = choose_before_experience(choice, colours, seed)
-        estimate = estimate_correct(data.paper.values[:, index], before, grips.index(correct))
+        place = grips.index(correct)
+        estimate = estimate_probability(data.probability.values[:, index, :, place], before, place)
         found[name] = {
             "p_correct": estimate.mean,
             "p_correct_ci95": estimate.ci95,
+            "p_correct_drawn": estimate_correct(data.paper.values[:, index], place).mean,
             "correct_grip": correct,
             "energy_true": works,
             "chance": estimate.mean[0],
@@ -222,7 +248,7 @@ def measure_choices(
         }
     first, *others = found.values()
     grips = [option.grip for option in choices[tools[0].name].options]
-    bayes = estimate_correct(data.bayes.values, None, grips.index(first["correct_grip"]))
+    bayes = estimate_correct(data.bayes.values, grips.index(first["correct_grip"]))
     second = {
         f"{key}_headed_tool{end}": others[0][f"{key}{end}"]
         for key, end in (("p_correct", ""), ("p_correct", "_ci95"), ("correct_grip", ""), ("energy_true", ""))
@@ -231,6 +257,7 @@ def measure_choices(
     return {
         "p_correct": first["p_correct"],
         "p_correct_ci95": first["p_correct_ci95"],
+        "p_correct_drawn": first["p_correct_drawn"],
         "p_correct_bayes": bayes.mean,
         "p_correct_bayes_ci95": bayes.ci95,
         "effort_flips": data.flips.values.mean(axis=0),
@@ -252,7 +279,7 @@ def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: s
     bayes = Estimate(numbers["p_correct_bayes"], *np.moveaxis(numbers["p_correct_bayes_ci95"], -1, 0))
     first, *others = estimates
     rules = {
-        "the paper's rule: one density is drawn": estimates[first],
+        "the paper's rule, one density is drawn: probability": estimates[first],
         "work expected over the whole belief": bayes,
     }
     panels = {tools[0].name: rules}
@@ -269,9 +296,9 @@ def caption_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> st
         chance = f"Both ends of the {first} look alike, so chance is one half by symmetry"
         chance += "; for the others it depends on their shapes." if others else "."
     return (
-        f"Correct choices after trials with the objects of Simulation II. {chance} For the {first}, two rules are"
-        " shown. The paper's rule compares the work at one density of each material, drawn from the belief; the other"
-        " compares the work expected over the whole belief."
+        "Probability of the correct choice after trials with the objects of Simulation II, mean over observers."
+        f" {chance} For the {first}, two rules are shown. The paper's rule compares the work at one density of each"
+        " material, drawn from the belief; the other compares the work expected over the whole belief."
     )
 
 
@@ -297,7 +324,8 @@ def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
 def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
     """Tabulates shares of correct choices by two rules for the first tool, and how often two costs disagree."""
     rows = {
-        "one density drawn from the belief (the paper's)": numbers["p_correct"],
+        "one density drawn from the belief (the paper's): probability": numbers["p_correct"],
+        "the same rule: share of one draw for each observer": numbers["p_correct_drawn"],
         "least absolute work expected over the whole belief": numbers["p_correct_bayes"],
         "cases in which the least expected integral of torque squared would choose otherwise": numbers[
             "effort_flips"

@@ -6,12 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.belief.colour_recognition import find_colour_index
-from affordance.belief.felt_object import FeltObject
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.prior import Prior
 from affordance.choice.options import Option
-from affordance.choice.weighed import WeighedObject, compute_likelihood
+from affordance.choice.weighed import WeighedObject, describe_weighings
 from affordance.exceptions import BadArgumentError, describe_choice
 from affordance.objects.colour import Colour
 from affordance.objects.materials import Material
@@ -49,7 +48,7 @@ def know_by_name(
     A part's material is the one that the part looks like, if that has a name among the materials, and otherwise the
     one in the part's entry. Its density has the handbook's mean and spread; what the memory has learned about its
     colour is added as evidence. If several materials share a colour, their densities are mixed. A memory whose
-    learner does not sum evidence (kinds) is returned unchanged.
+    learner has several kinds of a colour is returned unchanged.
 
     Args:
         memory: Memory of materials.
@@ -70,7 +69,7 @@ def know_by_name(
         named = look if look.name in materials or own.name not in materials else own
         met.setdefault(named.name, look.colour)
     wanted = [name for name in met if name in materials and (names is None or name in names)]
-    if not memory.learner.sums_evidence:
+    if not memory.learner.is_exact:
         wanted = []
     learned = tuple(name for name, colour in met.items() if find_colour_index(memory.colours, colour) is not None)
     if wanted:
@@ -94,44 +93,16 @@ def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Materia
         variance = float(np.mean([max(each.density_sd, _CERTAIN_SD) ** 2 for each in alike]) + densities.var())
         precision[column, column] = 1.0 / variance - 1.0 / prior.sd**2
         information[column] = densities.mean() / variance - prior.mode / prior.sd**2
-    return memory.condition(Likelihood(precision, information, 0.0))
+    return memory.set_prior(memory.prior.condition(Likelihood(precision, information, 0.0)))
 
 
-def learn_weighings(
-    memory: MaterialMemory,
-    objects: Mapping[str, Option],
-    prior: Prior,
-    felt: Mapping[str, FeltObject],
-) -> tuple[MaterialMemory, dict[str, FeltObject]]:
-    """Learns from the weighings of objects as from holding them; each object is given by one of its options.
-
-    Returns: The memory, and the evidence about each object that was held or weighed, by name.
-    """
-    found = dict(felt)
-    for name, option in objects.items():
-        if not option.weighings:
-            continue
-        columns = []
-        for part in option.features:
-            memory, column = memory.recognise(part.colour, part.colour_sd, prior, part.lightness_sd)
-            columns.append(column)
-        chosen = list(dict.fromkeys(columns))
-        own_columns = [chosen.index(column) for column in columns]
-        geometry = measure_geometry(option.features, range(len(columns)), len(columns))
-        weighed = WeighedObject(option.features, own_columns, geometry, option.weighings)
-        before = memory.belief.select(chosen).add_object_variation(prior.deviation)
-        own = compute_likelihood(weighed, np.maximum(before.untruncated_mean, 0.0))
-        colours = tuple(memory.colours[column] for column in chosen)
-        earlier = found.get(name)
-        if earlier is not None and set(earlier.colours) == set(colours):
-            held = earlier.own.select([earlier.colours.index(colour) for colour in colours])
-            news = own.marginalise_deviation(prior.deviation, held)
-            own = own.add(held)
-        else:
-            news = own.marginalise_deviation(prior.deviation)
-        appearance = tuple(part.appearance for part in option.features)
-        known = FeltObject.of(colours, own, prior, appearance)
-        assert known is not None  # because there is a likelihood
-        found[name] = known
-        memory = memory.condition(news.embed(chosen, memory.belief.size))
-    return memory, found
+def learn_weighings(memory: MaterialMemory, objects: Mapping[str, Option], prior: Prior) -> MaterialMemory:
+    """Learns from the weighings of objects as from holding them; each object is given by one of its options."""
+    for option in objects.values():
+        if option.weighings:
+            recollection = memory.recall([part.appearance for part in option.features], prior)
+            geometry = measure_geometry(option.features, range(len(option.features)), len(option.features))
+            weighed = WeighedObject(option.features, recollection.columns, geometry, option.weighings)
+            count = len(recollection.colours)
+            memory = recollection.memory.learn(describe_weighings(weighed, range(count)), prior.deviation).memory
+    return memory

@@ -7,7 +7,6 @@ import numpy as np
 
 from affordance.arguments import check_kind, check_number, check_whole
 from affordance.arrays import Array
-from affordance.belief.felt_object import FeltObject
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice
@@ -25,6 +24,7 @@ from affordance.extensions.advice.hold_worth import (
     feel,
 )
 from affordance.files.constraints import Whole
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
@@ -187,7 +187,7 @@ def advise_hold(
     criterion: Criterion = Criterion.WORK,
     bounds: GripBounds | None = None,
     price: float = 0.0,
-    felt: Mapping[str, FeltObject] | None = None,
+    looks: Mapping[str, Sequence[PartAppearance]] | None = None,
     looks_ahead: bool = False,
     num_samples: int = 4000,
     seed: int = 0,
@@ -201,13 +201,13 @@ def advise_hold(
     Args:
         candidates: Objects that may be held, at least one.
         questions: Tasks and options, at least one.
-        memory: Belief about materials.
+        memory: Belief about materials, with the objects that were held.
         settings: Settings of arm, noise and prior.
         criterion: Criterion by which options are compared; worths have its unit.
         bounds: Largest wrench that the gripper can hold; None for no bounds.
         price: Price of a hold, in the unit of the criterion.
-        felt: Evidence about objects that were held before, by name. It tells how far each deviates from the mean
-            densities of its materials. One of the objects may be odd, which means not made of what it looks like.
+        looks: Names of the objects that the memory has held, with their looks. One of these objects may be odd, which
+            means not made of what it looks like.
         looks_ahead: True to plan a few holds ahead.
         num_samples: Number of samples of the belief.
         seed: Seed of the samples.
@@ -226,7 +226,7 @@ def advise_hold(
         raise AffordanceError("there is no task to decide, must be at least one")
     offered = {option.object_name: option.features for each in questions for option in each.choice.options}
     objects = {**{tool.name: measure_drawing(tool) for tool in candidates}, **offered}
-    samples = HoldSamples(memory, objects, dict(felt or {}), settings, np.random.default_rng(seed)).draw(num_samples)
+    samples = HoldSamples(memory, objects, settings, np.random.default_rng(seed), looks).draw(num_samples)
     decisions = [_decide(question, samples, criterion, bounds) for question in questions]
     ranked, outlook = _rank(candidates, samples, decisions, settings, seed)
     open_decisions = [_describe(decision, criterion) for decision in decisions]

@@ -1,20 +1,19 @@
 """Ledger of evidence: one record per trial in which a robot felt an object, and the beliefs that follow.
 
 Trials are added and never changed. Beliefs are recomputed from them in the order of their times, regardless of the
-order in which they were added: learners with kinds replay all trials, learners with one density per colour use sums
-over all trials.
+order in which they were added: a learner learns from one after the other, and one with a density for each colour
+computes its belief only at the end.
 
 The ledger is an SQLite file. A file with any other table, index, trigger or view than those that this program writes
 is refused, so a stranger's file cannot make SQLite calculate anything. Nothing derived is stored, except columns for
 searching, which SQLite computes from the record itself.
 """
 
-import itertools
 import json
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -23,14 +22,14 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from affordance.arguments import Seed, check_kind
-from affordance.belief.colour_recognition import find_colour_index
+from affordance.belief.colour_recognition import find_colour_index, find_material
 from affordance.belief.density_belief import Prior
-from affordance.belief.learner import Learner
-from affordance.belief.learners import check_learner
+from affordance.belief.holds import Felt
+from affordance.belief.learner import Learner, Seen
+from affordance.belief.learners import DENSITY, check_learner
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
-from affordance.extensions.memory.evidence_sums import EvidenceSums, find_material, gather
-from affordance.extensions.memory.trial_evidence import TrialEvidence, read_record, read_time
+from affordance.extensions.memory.trial_evidence import TrialEvidence, gather, read_record, read_time
 from affordance.files.atomic import write_text
 from affordance.files.bounded import check_size, read_text
 from affordance.objects.appearance import PartAppearance
@@ -43,9 +42,9 @@ from affordance.objects.colour import (
     parse_colour,
     show_colour,
 )
+from affordance.objects.inertia import Geometry
 from affordance.plant.arm import name_robot
 from affordance.plant.serial_chain import ArmOwner
-from affordance.proprioception.fixed_point import find_fixed_point
 
 # Largest file, about 200 000 trials, [bytes].
 LARGEST_FILE = 1_000_000_000
@@ -53,8 +52,8 @@ LARGEST_FILE = 1_000_000_000
 _PATIENCE = 30.0
 _SQLITE = b"SQLite format 3\x00"
 _SHORTEST_ID = 4
-# Number of trials whose evidence is computed together.
-_BATCH = 1000
+# Largest number of materials in a memory, and of things: the effort grows with their squares.
+MOST_MATERIALS, MOST_THINGS = 200, 5000
 
 
 # Columns that SQLite computes from the record.
@@ -124,6 +123,30 @@ class Appended(NamedTuple):
 
     new: int
     replaced: int
+
+
+@dataclass
+class FeltThing:
+    """Thing that was felt: its geometry in the first trial, and where what is known of it comes from."""
+
+    geometry: Geometry  # with one column for each of its densities
+    since: str  # time of the first trial
+    trials: int = 0
+    names: dict[str, None] = field(default_factory=dict)  # names under which trials have it
+    robots: set[str] = field(default_factory=set)
+
+    def add(self, trial: TrialEvidence) -> None:
+        """Adds a trial with the thing."""
+        self.trials += 1
+        self.names[trial.object_name] = None
+        self.robots.add(trial.robot)
+
+
+class Experience(NamedTuple):
+    """Memory that learned from all trials, and whence each of its things comes, in the order of their numbers."""
+
+    memory: MaterialMemory
+    things: tuple[FeltThing, ...]
 
 
 class Ledger:
@@ -223,31 +246,34 @@ class Ledger:
         """
         learner = check_learner("learner", learner)
         check_kind("prior", prior, Prior)
-        if learner.name == "density":
-            sums = self.sum(prior)
-            with self.blame():
-                return MaterialMemory.from_belief(sums.colours, sums.build_belief())
+        if learner.is_exact:
+            return self.review(prior, learner).memory
         memory = start_memory(learner, seed)
         for trial in self._read_joined():
             with self.blame(f"trial {trial.id}"):
                 memory = replay([trial], memory, prior)
         return memory
 
-    def sum(self, prior: Prior = Prior()) -> EvidenceSums:
-        """Sums the evidence of all trials; see ``recall``."""
-        sums = EvidenceSums(prior)
-        for batch in itertools.batched(self._read_joined(), _BATCH):
-            try:
-                with self.blame():
-                    sums.add(batch)
-            except BadValueError:  # one by one, the trial that cannot be learned from is found
-                for trial in batch:
-                    with self.blame(f"trial {trial.id}"):
-                        sums.add([trial])
-        for name, thing in sums.things.items():
-            with self.blame(f"object {name}"):
-                thing.compute_likelihood(prior)
-        return sums
+    def review(self, prior: Prior = Prior(), learner: Learner = DENSITY) -> Experience:
+        """Computes what a learner with one density for each colour believes, and whence what it knows comes."""
+        things: dict[int, FeltThing] = {}
+
+        def describe(trial: TrialEvidence, seen: Seen, columns: Sequence[int]) -> Felt:
+            with self.blame(f"trial {trial.id}"):
+                thing, materials = int(seen.things[0]), max(seen.colours) + 1
+                if materials > MOST_MATERIALS:
+                    problem = f"are of {materials} materials, must be of at most {MOST_MATERIALS}"
+                    raise BadArgumentError("colours", "", problem)
+                if thing >= MOST_THINGS:
+                    problem = f"are {thing + 1} different ones, must be at most {MOST_THINGS}"
+                    raise BadArgumentError("objects", "", problem)
+                geometry = gather(trial.geometry, columns)
+                things.setdefault(thing, FeltThing(geometry, trial.time)).add(trial)
+                return trial.describe(geometry)
+
+        lifts = ((trial.parts, partial(describe, trial)) for trial in self._read_joined())
+        with self.blame():
+            return Experience(start_memory(learner).remember(lifts, prior), tuple(things.values()))
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
         """Lists the selected trials, or all, in the order of their times, with the colours that were seen.
@@ -344,6 +370,8 @@ class Ledger:
         try:
             with np.errstate(over="raise", divide="raise", invalid="raise"):
                 yield
+        except BadValueError:  # it names its place
+            raise
         except (np.linalg.LinAlgError, FloatingPointError, AffordanceError) as error:
             raise BadValueError(self.place, key, f"cannot be learned from: {error}") from error
 
@@ -465,10 +493,8 @@ def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior
     """Lets a learner, whose belief is in ``memory``, learn from trials one after the other."""
     for trial in trials:
         recollection = memory.recall(trial.parts, prior)
-        geometry = gather(trial.geometry, recollection.columns, recollection.densities.size)
-        compute = partial(trial.compute_likelihood, geometry)
-        find_likelihood = partial(find_fixed_point, compute_likelihood=compute)
-        memory = recollection.memory.learn(find_likelihood, prior.deviation).memory
+        felt = trial.describe(gather(trial.geometry, recollection.columns))
+        memory = recollection.memory.learn(felt, prior.deviation).memory
     return memory
 
 

@@ -10,7 +10,6 @@ from affordance.belief.material_memory import start_memory
 from affordance.belief.memory_file import format_memory
 from affordance.exceptions import BadValueError
 from affordance.extensions.memory.ledger import has_memory, open_memory
-from affordance.extensions.memory.summary import recall_with_objects
 from affordance.extensions.memory.trial_evidence import FELT_MODELS, TrialEvidence
 from affordance.files.constraints import SEEDS
 from affordance.plant.arm import name_robot
@@ -70,7 +69,7 @@ def remember_in(setup: "Setup", place: Path | str) -> "Setup":
         known = start_memory(settings.learner, setup.seed)
     else:
         with open_memory(place, create=False) as ledger:
-            known = recall_with_objects(ledger, settings.learner, settings.prior, setup.seed)
+            known = ledger.recall(settings.learner, settings.prior, seed=setup.seed)
             trials = len(ledger)
     remember = partial(_append, place, uuid.uuid4().hex)  # so that observers of different runs are not confused
     seed = (setup.seed + trials) % (int(SEEDS.high) + 1)

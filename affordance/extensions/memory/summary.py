@@ -1,21 +1,22 @@
 """Summary of a lasting memory: beliefs about its materials and objects, and the trials behind them."""
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from affordance.arguments import Seed
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.felt_object import FeltObject
-from affordance.belief.learner import Learner
-from affordance.belief.likelihood import Likelihood
+from affordance.belief.holds import Holds, sum_geometry
+from affordance.belief.learner import Seen
 from affordance.belief.material_memory import MaterialMemory
-from affordance.extensions.memory.evidence_sums import EvidenceSums, FeltThing
-from affordance.extensions.memory.ledger import Ledger
+from affordance.belief.one_density import OneDensity
+from affordance.extensions.memory.ledger import FeltThing, Ledger
 from affordance.objects.colour import Colour
 
 _FRACTIONS = (0.05, 0.5, 0.95)
+# Step of the central differences by which the mass is differentiated, as a fraction of the density.
+_STEP = 1e-4
 
 
 class ExperienceSummary(NamedTuple):
@@ -39,7 +40,7 @@ class KnownMaterial(NamedTuple):
 class KnownThing(NamedTuple):
     """Belief about an object: mean and SD of its mass, [kg], and median density of each material, [kg/m^3]."""
 
-    name: str
+    name: str  # all names that trials give it; objects that look alike are one
     mass: float
     mass_sd: float
     densities: tuple[float, ...]
@@ -58,80 +59,67 @@ def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
 
     Arguments and errors are those of ``Ledger.recall``.
     """
-    sums = ledger.sum(prior)
+    memory, things = ledger.review(prior)
+    names = name_things(things)
     with ledger.blame():
-        belief = sums.build_belief()
-        low, median, high = belief.compute_percentiles(_FRACTIONS) if sums.colours else np.zeros((3, 0))
+        known, colours = memory.belief, memory.colours
+        low, median, high = known.compute_percentiles(_FRACTIONS) if colours else np.zeros((3, 0))
         materials = []
-        for i, colour in enumerate(sums.colours):
-            shown = {name: thing for name, thing in sums.things.items() if i in thing.evidence.columns}
+        for i, colour in enumerate(colours):
+            shown = [number for number, thing in enumerate(memory.things) if i in thing.colours]
             interval = float(low[i]), float(high[i])
-            experience = _describe(list(shown.values()))
-            materials.append(KnownMaterial(colour, float(median[i]), interval, tuple(shown), experience))
-        known = tuple(
-            _describe_thing(name, thing, belief, prior)
-            for name, thing in sums.things.items()
-            if thing.evidence.body.precision.any()
-        )
-    return MemorySummary(tuple(materials), known)
+            experience = _describe([things[number] for number in shown])
+            own_names = tuple(names[number] for number in shown)
+            materials.append(KnownMaterial(colour, float(median[i]), interval, own_names, experience))
+        return MemorySummary(tuple(materials), _list_things(memory, things, names))
 
 
-def recall_felt(ledger: Ledger, prior: Prior) -> dict[str, FeltObject]:
-    """Computes the evidence about each object, by its name, with one density per colour of its parts.
+def name_things(things: Sequence[FeltThing]) -> list[str]:
+    """Names each thing by all names that its trials have; a number tells apart things that have the same."""
+    names: list[str] = []
+    for thing in things:
+        joined = ", ".join(thing.names)
+        numbered = (f"{joined} #{number}" for number in itertools.count(2))
+        names.append(next(each for each in itertools.chain([joined], numbered) if each not in names))
+    return names
 
-    Arguments and errors are those of ``Ledger.recall``.
+
+def _list_things(memory: MaterialMemory, things: Sequence[FeltThing], names: Sequence[str]) -> tuple[KnownThing, ...]:
+    """Summarises the things of which something was felt.
+
+    The mass is that of the whole body: what was felt tells of the errors of geometry, too, such as of a part that was
+    not seen. Given the densities these errors are normal, with a mean that depends on the densities.
     """
-    sums = ledger.sum(prior)
-    with ledger.blame():
-        return {name: _describe_felt(thing, sums, prior) for name, thing in sums.things.items()}
-
-
-def recall_with_objects(ledger: Ledger, learner: Learner, prior: Prior, seed: Seed) -> MaterialMemory:
-    """Recalls a learner's belief together with the evidence about each object, so that none is counted twice.
-
-    Arguments and errors are those of ``Ledger.recall``, whose result for one density per colour has no objects.
-    """
-    memory = ledger.recall(learner, prior, seed=seed)
-    if learner.name != "density":
-        return memory
-    felt = [each for each in recall_felt(ledger, prior).values() if each.own.precision.any()]
-    return MaterialMemory.from_belief(memory.colours, memory.belief, felt)
-
-
-def _describe_felt(thing: FeltThing, sums: EvidenceSums, prior: Prior) -> FeltObject:
-    """Collects the evidence about an object, with its materials in the order of its parts."""
-    evidence, shared = thing.evidence, thing.compute_likelihood(prior)
-    columns = tuple(dict.fromkeys(evidence.columns))
-    order = [evidence.materials.index(column) for column in columns]
-    own = Likelihood(np.zeros_like(shared.precision), np.zeros(len(order)), 0.0)
-    if evidence.body.precision.any():
-        own = evidence.compute_own_likelihood(prior)
-    looks = zip(thing.parts, evidence.columns, strict=True)
-    return FeltObject(
-        tuple(sums.colours[column] for column in columns),
-        own.select(order),
-        shared.select(order),
-        tuple(part._replace(colour=sums.colours[column]) for part, column in looks),
-    )
-
-
-def _describe_thing(name: str, thing: FeltThing, belief: DensityBelief, prior: Prior) -> KnownThing:
-    """Summarises an object from the other objects' evidence about its materials, and its own, counted once."""
-    chosen = thing.evidence.materials
-    own, shared = thing.evidence.compute_own_likelihood(prior), thing.compute_likelihood(prior)
-    told = shared.embed(chosen, belief.size)
-    others = DensityBelief(belief.precision - told.precision, belief.information_vector - told.information_vector)
-    before = others.select(chosen).add_object_variation(prior.deviation, densities=own.estimate_densities())
-    densities = before.condition(own)
-    # The mass is that of the whole body given the evidence, including any parts that were not seen.
-    geometry = thing.evidence.build_geometry()
-    C = geometry.Phi @ before.covariance @ geometry.Phi.T + geometry.compute_covariance(densities.compute_mean())
-    H, b = thing.evidence.body.precision, thing.evidence.body.information
-    start = geometry.Phi @ before.untruncated_mean
-    covariance = np.linalg.solve(np.eye(len(C)) + C @ H, C)
-    mass = float((start + covariance @ (b - H @ start))[0])
-    medians = tuple(float(each) for each in densities.compute_percentiles([0.5])[0])
-    return KnownThing(name, mass, float(np.sqrt(covariance[0, 0])), medians, _describe([thing]))
+    if not things:
+        return ()
+    assert isinstance(memory.learner, OneDensity)
+    _, posterior = memory.learner.infer(memory.state, Seen((), np.arange(len(things))))
+    assert posterior.own is not None
+    own, holds = posterior.own, Holds.of(memory.state)
+    T, C = own.mean.shape
+    Q = holds.errors.shape[2]
+    volumes, changes = np.zeros((T, C)), np.zeros((T, Q, C))
+    for number, thing in enumerate(things):
+        volume = thing.geometry.Phi[0]
+        volumes[number, : len(volume)] = volume
+        changes[number, : len(thing.geometry.Phi_errors), : len(volume)] = thing.geometry.Phi_errors[:, 0]
+    # At the means, and one step along each density in both directions, (1 + 2 C, T, C).
+    step = _STEP * np.maximum(np.abs(own.mean), 1.0)
+    rho = own.mean + np.concatenate([np.zeros((1, C)), np.eye(C), -np.eye(C)])[:, None] * step
+    M, b, *_ = sum_geometry(holds, rho[None])
+    change = (changes @ rho[..., None])[..., 0]  # of the mass by each error, (1 + 2 C, T, Q)
+    masses = (volumes * rho).sum(axis=-1) + (change * np.linalg.solve(M[0], b[0, ..., None])[..., 0]).sum(axis=-1)
+    slopes = (masses[1 : C + 1] - masses[C + 1 :]).T / (2.0 * step)
+    variances = ((slopes[:, None] @ own.covariance)[:, 0] * slopes).sum(axis=-1)
+    variances += (change[0] * np.linalg.solve(M[0, 0], change[0, ..., None])[..., 0]).sum(axis=-1)
+    is_felt = np.isin(np.arange(T), holds.thing[0][holds.regressor[0].any(axis=(1, 2))])
+    found = []
+    for k in np.flatnonzero(is_felt).tolist():
+        densities = DensityBelief.from_normals(own.take([k]).select(range(len(memory.things[k].colours))))
+        medians = tuple(float(each) for each in densities.compute_percentiles([0.5])[0])
+        mass, mass_sd = float(masses[0, k]), float(np.sqrt(variances[k]))
+        found.append(KnownThing(names[k], mass, mass_sd, medians, _describe([things[k]])))
+    return tuple(found)
 
 
 def _describe(things: Sequence[FeltThing]) -> ExperienceSummary:

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 
 from affordance.arguments import check_array, check_colour, check_kind, check_number, check_symmetry, check_whole
 from affordance.arrays import Array
-from affordance.belief.likelihood import Likelihood, Quadratic
+from affordance.belief.holds import Felt
+from affordance.belief.likelihood import Quadratic
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, show_value
 from affordance.files.constraints import OneLine, Whole, run_check
 from affordance.files.data_model import DataModel, check_content
@@ -44,15 +45,13 @@ _FIRST_YEAR = 1970
 
 
 class FeltModel(Protocol):
-    """Measurement model: the likelihood of an object's densities given the features of a trial."""
+    """Measurement model: what the features of a trial tell about an object's densities."""
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of the feature vector."""
 
-    def compute_likelihood(
-        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
-    ) -> Likelihood:
-        """Computes the likelihood; errors are evaluated at densities rho, (M,); see ``NoiseModel``."""
+    def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
+        """Returns what the features tell about M densities; see ``NoiseModel``."""
 
 
 @dataclass(frozen=True)
@@ -66,14 +65,10 @@ class PayloadQuadratic:
         """Returns the number of entries of H and b."""
         return NUM_PARAMETERS * (NUM_PARAMETERS + 1)
 
-    def compute_likelihood(
-        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
-    ) -> Likelihood:
-        """Computes the likelihood of densities; errors of the geometry are evaluated at rho, (M,).
-
-        The log likelihood of the best-fitting parameters is zero.
-        """
-        return unpack(features).widen(geometry.compute_covariance(rho)).restrict(geometry.Phi)
+    def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
+        """Returns what the quadratic tells; the log likelihood of the best-fitting parameters is zero."""
+        of_body = unpack(features).restrict(np.eye(NUM_PARAMETERS))
+        return Felt.from_quadratic(of_body, geometry.Phi, geometry.Phi_errors)
 
 
 def pack(quadratic: Quadratic) -> Array:
@@ -85,6 +80,12 @@ def unpack(features: Array) -> Quadratic:
     """Unpacks the features of ``PayloadQuadratic``, shape (110,)."""
     size = NUM_PARAMETERS**2
     return Quadratic(features[:size].reshape(NUM_PARAMETERS, NUM_PARAMETERS), features[size:])
+
+
+def gather(geometry: Geometry, columns: Sequence[int]) -> Geometry:
+    """Combines the columns of parts that share a density; ``columns`` is the index of each part's density."""
+    selection = np.array(columns)[:, None] == np.arange(max(columns) + 1)
+    return Geometry(geometry.Phi @ selection, geometry.Phi_errors @ selection)
 
 
 FELT_MODELS: Mapping[str, type[FeltModel]] = {
@@ -181,10 +182,11 @@ class TrialEvidence:
         """
         if isinstance(self.model, WeberNoise):
             return
-        precision = self.compute_likelihood(BODY, np.zeros(NUM_PARAMETERS)).precision
-        if isinstance(self.model, PayloadQuadratic):  # its likelihood is symmetrised, so the features are checked
-            check_symmetry("features", unpack(self.features).precision)
-        least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
+        # White noise's features are the same matrix first, as a sum that is symmetric to rounding.
+        precision = unpack(self.features[: NUM_PARAMETERS * (NUM_PARAMETERS + 1)]).precision
+        if isinstance(self.model, PayloadQuadratic):
+            check_symmetry("features", precision)
+        least, largest = np.linalg.eigvalsh(0.5 * (precision + precision.T))[[0, -1]]
         if least < -_ROUNDING * max(largest, 0.0):
             problem = f"has a precision with the eigenvalue {least:.3g}, must be positive semidefinite"
             raise BadArgumentError("features", "", problem)
@@ -211,9 +213,9 @@ class TrialEvidence:
         named = json.dumps([self.object_name, self.num_samples, [part.colour for part in self.parts]])
         return b"".join(each.tobytes() for each in arrays) + named.encode()
 
-    def compute_likelihood(self, geometry: Geometry, rho: Array) -> Likelihood:
-        """Computes the likelihood of densities for a geometry with M columns; errors are evaluated at rho, (M,)."""
-        return self.model.compute_likelihood(self.features, self.num_samples, self.num_joints, geometry, rho)
+    def describe(self, geometry: Geometry) -> Felt:
+        """Returns what was felt of the M densities of a geometry."""
+        return self.model.describe(self.features, self.num_samples, self.num_joints, geometry)
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the record as plain numbers and strings for JSON, in SI units."""
@@ -236,8 +238,6 @@ class TrialEvidence:
         }
 
 
-# Geometry of a body whose "densities" are its ten parameters.
-BODY = Geometry(np.eye(NUM_PARAMETERS), np.zeros((0, NUM_PARAMETERS, NUM_PARAMETERS)))
 _ARRAYS = ("Phi", "Phi_errors", "features")
 _PART_SDS = ("colour_sd", "size_sd", "position_sd", "lightness_sd")
 # Keys of a record whose values are the attributes of the same name.

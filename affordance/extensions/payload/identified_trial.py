@@ -2,17 +2,15 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadArgumentError, show_text
 from affordance.extensions.memory.ledger import open_memory
 from affordance.extensions.memory.trial_evidence import PayloadQuadratic, TrialEvidence, pack
-from affordance.extensions.payload.posterior.part_posterior import SeenObject
+from affordance.extensions.payload.posterior.part_posterior import SeenObject, add_unseen
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.run import Run
-from affordance.objects.inertia import Geometry, build_transform_map
+from affordance.objects.inertia import build_transform_map
 from affordance.plant.arm import name_robot
 from affordance.plant.serial_chain import SerialChain
 from affordance.vision.prediction import measure_geometry
@@ -31,14 +29,11 @@ def build_identified_trial(
     if belief.felt is None:
         raise BadArgumentError("belief", "", "was identified without a seen object, must be identified with one")
     geometry = measure_geometry(seen.parts, range(len(seen.parts)), len(seen.parts))
-    values, vectors = np.linalg.eigh(unseen_share**2 * seen.unseen)
-    roots = vectors * np.sqrt(np.maximum(values, 0.0))  # for 1 kg; each column is an independent error
-    unseen = roots.T[:, :, None] * geometry.Phi[0]
     felt = belief.felt.change_frame(build_transform_map(run.description.object_pose))
     return TrialEvidence(
         object_name=object_name,
         parts=tuple(part.appearance for part in seen.parts),
-        geometry=Geometry(geometry.Phi, np.concatenate([geometry.Phi_errors, unseen])),
+        geometry=add_unseen(geometry, seen.unseen, unseen_share),
         model=PayloadQuadratic(),
         features=pack(felt),
         num_samples=len(run.q),

@@ -12,11 +12,12 @@ from typing import Annotated, Any, override
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.learner import Draws, FindLikelihood, Learner, Lesson, Seen, State, describe_start
+from affordance.belief.holds import Felt, Holds, add_hold, forget_things, start_holds
+from affordance.belief.learner import Draws, Learner, Lesson, Seen, State, describe_start
 from affordance.belief.learners import LEARNERS
 from affordance.belief.normals import Normals
 from affordance.belief.prior import Prior
-from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, get_felt, make_room, pad, set_felt, start_felt
+from affordance.belief.rows import make_room, pad
 from affordance.files.constraints import Setting, Within
 
 _SHARE = Within(0.0, 1.0)
@@ -24,7 +25,10 @@ _CERTAIN_SD = 1.0  # [kg/m^3]
 
 
 class OwnMemory(Learner):
-    """Learner with a density for each object; it expects an object that was never lifted to follow the prior."""
+    """Learner with a density for each object; it expects an object that was never lifted to follow the prior.
+
+    The belief about an object is a normal distribution by Laplace's method at the mode given all of its holds.
+    """
 
     @property
     @override
@@ -40,7 +44,7 @@ class OwnMemory(Learner):
     def start(self, rng: Draws, parameters: Any, prior: Prior, num_colours: int, size: int) -> State:
         return {
             **describe_start(parameters, prior, size),
-            **start_felt(size),
+            **start_holds(size),
             "colours": np.zeros((size, num_colours)),
         }
 
@@ -50,14 +54,20 @@ class OwnMemory(Learner):
 
     @override
     def expect(self, state: State, seen: Seen) -> Normals:
-        return _build_prior(state, len(seen.colours)).condition(get_felt(state, seen))
+        prior, holds, N = _build_prior(state, len(seen.colours)), Holds.of(state), state["hold_count"].shape[1]
+        if not N:
+            return prior
+        count = np.where(holds.thing == seen.things[:, None], holds.counts, 0.0)
+        regressor = pad(holds.regressor, (N, holds.arm.shape[2], len(seen.colours)))[..., : len(seen.colours)]
+        own = holds._replace(thing=np.zeros_like(holds.thing), counts=count, regressor=regressor)
+        felt = Felt(own, np.zeros(len(count)), 0, np.zeros(len(count)))
+        return prior.condition(felt.find_likelihood(prior))
 
     @override
-    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
-        expected = self.expect(state, seen)
-        likelihood = find_likelihood(expected)
-        felt = get_felt(state, seen)
-        return Lesson(set_felt(state, seen, likelihood.add(felt)), expected.condition(likelihood), likelihood)
+    def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
+        likelihood = felt.find_likelihood(self.expect(state, seen))
+        state = add_hold(state, seen, felt)
+        return Lesson(state, self.expect(state, seen), likelihood)
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
@@ -65,8 +75,7 @@ class OwnMemory(Learner):
 
     @override
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        felt = {name: state[name][:, list(things)] for name in (FELT_PRECISION, FELT_INFORMATION)}
-        return {**state, **felt, "colours": state["colours"][:, list(colours)]}
+        return {**forget_things(state, things), "colours": state["colours"][:, list(colours)]}
 
 
 class NothingRemembered(OwnMemory):
@@ -83,12 +92,8 @@ class NothingRemembered(OwnMemory):
         return "nothing remembered"
 
     @override
-    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
-        return super().learn(state, seen, find_likelihood, rng)._replace(state=state)
-
-    @override
-    def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        return {**state, "colours": state["colours"][:, list(colours)]}  # no thing is remembered
+    def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
+        return super().learn(state, seen, felt, rng)._replace(state=state)
 
 
 class OwnAndShared(Learner):
@@ -137,16 +142,16 @@ class OwnAndShared(Learner):
         return _surround(state, state["shared"][:, list(seen.colours)] + state["own"][thing][:, : len(seen.colours)])
 
     @override
-    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+    def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
         state, thing = make_room(state, ("own",), seen), (np.arange(len(seen.things)), seen.things)
         expected = self.expect(state, seen)
-        likelihood = find_likelihood(expected)
-        felt = expected.condition(likelihood)
-        error = felt.mean - expected.mean
+        likelihood = felt.find_likelihood(expected)
+        known = expected.condition(likelihood)
+        error = known.mean - expected.mean
         own, shared = state["own"].copy(), state["shared"].copy()
         own[*thing, : len(seen.colours)] += state["own_rate"][:, None] * error
         shared[:, list(seen.colours)] += state["shared_rate"][:, None] * error
-        return Lesson({**state, "own": own, "shared": shared}, felt, likelihood)
+        return Lesson({**state, "own": own, "shared": shared}, known, likelihood)
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:

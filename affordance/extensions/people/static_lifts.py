@@ -16,6 +16,7 @@ from affordance.arrays import Array, Mask
 from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.density_belief import DENSITY_FLOOR, DensityBelief, PointEstimate
 from affordance.belief.felt_object import Thing
+from affordance.belief.holds import Felt
 from affordance.belief.learner import Draws, Learner, Lesson, Seen, State
 from affordance.belief.normals import Normals
 from affordance.belief.rows import put_rows, take_rows
@@ -27,7 +28,7 @@ from affordance.objects.inertia import build_inertia_map
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.proprioception.static_hold import StaticHold, StaticPercept
+from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.runs.random_streams import ObserverDraws, Stream
 from affordance.settings import Settings
@@ -225,9 +226,10 @@ class StaticLifter:
     ) -> Lesson:
         """Lets B observers learn from measurements of one object each, with errors (B, 2, num_joints)."""
         gain, offset = np.moveaxis(errors, 1, 0)
-        residual = self._tau[lifted] * (1.0 + gain) + offset - self._hold.tau_arm
-        percept = StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, residual, self._noise)
-        return self._learner.learn(state, seen, percept.find_likelihood, draws)
+        tau = self._tau[lifted] * (1.0 + gain) + offset
+        noise = self._noise.threshold, self._noise.weber_fraction
+        felt = Felt.from_torques(tau, self._hold.tau_arm, self._hold.Y @ Phi, noise)
+        return self._learner.learn(state, seen, felt, draws)
 
     def _see(self, tool: Tool) -> _SeenTool:
         features = measure_features(tool, VisionError(), np.random.default_rng(0))  # exact

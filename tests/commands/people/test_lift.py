@@ -169,7 +169,7 @@ def test_parameter_and_slip_of_ones_own_learner(folder):
     own.write_text(
         "from affordance.belief.one_density import OneDensity\n\n\n"
         "class Mine(OneDensity):\n"
-        "    def learn(self, state, seen, find_likelihood, rng):\n"
+        "    def learn(self, state, seen, felt, rng):\n"
         '        return state["gian"]\n'
     )
     words = ("lift", "--trials", "trials.csv", "--objects", "objects.yaml", *NAMED, "--jobs", 1)

@@ -17,13 +17,16 @@ from affordance.choice.ranking import rank_options
 from affordance.experiments.shared.grips import (
     NUM_BAYES_SAMPLES,
     NUM_PRIOR_CHOICES,
+    NUM_PROBABILITY_SAMPLES,
     caption_proportions,
     check_one_grip_is_cheaper,
     choose_before_experience,
     choose_by_expectation,
     choose_by_sample,
     compare_measures,
+    compute_probabilities,
     estimate_correct,
+    estimate_probability,
     find_cheaper_grip,
     find_grip_of_densest,
     measure_choices,
@@ -119,19 +122,35 @@ def test_choices_before_experience_are_drawn_from_the_prior(choices):
 
 def test_guesses_count_half():
     chosen = np.array([[0, 1, NO_OPTION], [0, 0, NO_OPTION]])
-    np.testing.assert_array_equal(estimate_correct(chosen, None, 0).mean, [1.0, 0.5, 0.5])
+    np.testing.assert_array_equal(estimate_correct(chosen, 0).mean, [1.0, 0.5, 0.5])
+
+
+def test_probability_is_the_share_of_many_draws(choices):
+    """An option is the cheapest as often as the paper's rule draws it; where none is usable, all are guessed."""
+    stick, _ = choices
+    memories = [
+        *know(STEEL_IS_HEAVY, TOO_HEAVY),
+        believe(3000.0, 3000.0, sd=1000.0),
+        believe(3500.0, 3000.0, sd=1000.0),
+    ]
+    found = compute_probabilities(stick, memories, (0, 0))
+    assert found[:2].tolist() == [[0.0, 1.0], [0.5, 0.5]]
+    for row, memory in zip(found[2:], memories[2:], strict=True):
+        drawn = choose_by_sample(stick, [memory] * 400, (0, 0))
+        error = np.sqrt(0.25 / 400 + 0.25 / NUM_PROBABILITY_SAMPLES)
+        assert row[BY_STEEL] == pytest.approx((drawn == BY_STEEL).mean(), abs=4.0 * error)
+    assert found[3, BY_WOOD] > found[2, BY_WOOD]
 
 
 def test_choices_from_the_prior_stand_in_for_those_before_the_first_trial():
-    chosen = np.zeros((100, 3), dtype=int)
+    right = np.column_stack([np.zeros(100), np.ones(100), np.tile([0.6, 0.8], 50)])
     before = np.repeat([0, 1], 5000)
-    estimate = estimate_correct(chosen, before, 0)
-    np.testing.assert_allclose(estimate.mean, [0.5, 1.0, 1.0])
-    # Wilson's interval by hand: 0.5 -+ 1.96 sqrt(0.25 / 10000 + ...) and n / (n + 1.96^2) to 1.
+    estimate = estimate_probability(right, before, 0)
+    np.testing.assert_allclose(estimate.mean, [0.5, 1.0, 0.7])
+    # By hand: Wilson's interval 0.5 -+ 1.96 sqrt(0.25 / 10000 + ...), and the mean -+ 1.984 times its standard error.
     assert estimate.low[0] == pytest.approx(0.4902, abs=1e-4)
-    assert estimate.low[1] == pytest.approx(100 / (100 + 1.959964**2), rel=1e-6)
-    assert estimate.high[1] == 1.0
-    assert estimate_correct(chosen, None, 0).mean.tolist() == [1.0, 1.0, 1.0]
+    assert (estimate.low[1], estimate.high[1]) == (1.0, 1.0)
+    assert estimate.low[2] == pytest.approx(0.7 - 1.98422 * 0.1 / np.sqrt(99), abs=1e-6)
 
 
 def test_cheaper_grip_is_that_of_least_work():
@@ -174,6 +193,11 @@ OF_STICK = np.array([[1, 0, 0], [1, 1, 0], [1, 0, -1], [1, 0, -1]])
 OF_HAMMER = np.array([[0, 1, 1], [0, 1, 0], [0, 1, 0], [0, 1, -1]])
 
 
+def divide(chosen):
+    """Probabilities of two grips: .9 of the chosen one, or one half."""
+    return np.where(chosen[..., None] < 0, 0.5, np.where(chosen[..., None] == [0, 1], 0.9, 0.1))
+
+
 @pytest.fixture
 def measured(choices):
     """Numbers of made-up choices of four observers; wood is right for the stick, and steel for the hammer.
@@ -184,6 +208,10 @@ def measured(choices):
     data = xr.Dataset(
         {
             "paper": (("observer", "tool", "moment"), np.stack([OF_STICK, OF_HAMMER], axis=1)),
+            "probability": (
+                ("observer", "tool", "moment", "grip"),
+                np.stack([divide(OF_STICK), divide(OF_HAMMER)], axis=1),
+            ),
             "bayes": (("observer", "moment"), [[0, 1, 1], [0, 1, 1], [0, 0, 1], [1, 1, 1]]),
             "flips": (("observer", "moment"), flips),
         }
@@ -203,9 +231,10 @@ def test_numbers_of_made_up_choices_by_hand(measured):
     assert (measured["correct_grip"], measured["correct_grip_headed_tool"]) == ("wood", "steel")
     assert measured["p_correct"][0] == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(10_000))
     assert measured["p_correct_headed_tool"][0] > 0.8
-    assert measured["p_correct"][1:].tolist() == [0.75, 0.75]
+    assert measured["p_correct"][1:] == pytest.approx([(3 * 0.9 + 0.1) / 4, (2 * 0.9 + 2 * 0.5) / 4])
+    assert measured["p_correct_drawn"][1:].tolist() == [0.75, 0.75]
     assert measured["p_correct_bayes"].tolist() == [0.75, 0.25, 0.0]
-    assert measured["p_correct_headed_tool"][1:].tolist() == [1.0, 0.375]
+    assert measured["p_correct_headed_tool"][1:] == pytest.approx([0.9, (0.9 + 2 * 0.1 + 0.5) / 4])
     for key in ("p_correct", "p_correct_bayes", "p_correct_headed_tool"):
         low, high = measured[f"{key}_ci95"].T
         assert (low <= measured[key]).all()
@@ -235,7 +264,7 @@ def test_words_and_rows_are_about_the_tools_that_there_are(measured):
     assert rows.index.tolist() == ["stick", "hammer"]
     assert rows["correct before"].str.contains("by symmetry").tolist() == [True, False]
     assert rows["absolute work by grip"].iloc[1] == "9.00 J (wood) and 6.00 J (steel)"
-    assert rows["after one trial"].tolist() == ["75.0%", "100.0%"]
+    assert rows["after one trial"].tolist() == ["70.0%", "90.0%"]
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ import pytest
 from helpers.refusals import refuse
 from helpers.two_tools import STICK, believe
 from helpers.workshop import BLANKS, plan_reach
-from scipy.stats import norm
 
 from affordance.arrays import Array
-from affordance.belief.felt_object import FeltObject
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.holds import Felt
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.choice.demand import Criterion
@@ -19,7 +19,7 @@ from affordance.choice.inner_simulation import Choice
 from affordance.choice.pricing import price_options
 from affordance.exceptions import AffordanceError
 from affordance.extensions.advice import next_hold
-from affordance.extensions.advice.hold_samples import ODD, HoldSamples
+from affordance.extensions.advice.hold_samples import HoldSamples
 from affordance.extensions.advice.hold_worth import Decision, Outlook, PossibleHold
 from affordance.extensions.advice.next_hold import HoldAdvice, OpenDecision, Question, RankedHold, advise_hold
 from affordance.objects.tool import Tool
@@ -49,24 +49,34 @@ def advise(question, candidates, memory=None, **more):
     )
 
 
-def feel_density(tool, density, sd=20.0):
-    """Returns what holding an object of one material told: its own density with a standard deviation."""
-    own = Likelihood(np.eye(1) / sd**2, np.array([density]) / sd**2, 0.0)
-    return FeltObject((tool.components[0].looks_like.colour,), own, own.marginalise_deviation(PRIOR.deviation))
+def look(tool):
+    return [part.appearance for part in measure_drawing(tool)]
 
 
-def remember(felt):
-    """Returns the memory that has learned from objects that were felt, each of one colour."""
+def resize(tool, name, factor):
+    """Another object of the same material, of another size."""
+    (part,) = tool.components
+    return replace(
+        tool, name=name, components=(replace(part, shape=part.shape.with_sizes(factor * part.shape.sizes)),)
+    )
+
+
+def hold(memory, tool, density, sd=20.0):
+    """The memory after holding an object of one material: its own density was felt with a standard deviation."""
+    felt = Felt.from_quadratic(Likelihood(np.eye(1) / sd**2, np.array([density]) / sd**2, 0.0, 0.0, 1))
+    return memory.recall(look(tool), PRIOR).memory.learn(felt, PRIOR.deviation).memory
+
+
+def hold_all(*held):
+    """The memory after holding objects, each given with its density and, perhaps, the error of what was felt."""
     memory = MaterialMemory()
-    for each in felt:
-        memory = memory.add_colours(each.colours, PRIOR)
-        column = memory.colours.index(each.colours[0])
-        precision, vector = np.zeros((len(memory.colours),) * 2), np.zeros(len(memory.colours))
-        precision[column, column], vector[column] = each.shared.precision[0, 0], each.shared.information_vector[0]
-        memory = MaterialMemory.from_belief(
-            memory.colours, memory.belief.condition(Likelihood(precision, vector, 0.0))
-        )
+    for each in held:
+        memory = hold(memory, *each)
     return memory
+
+
+SECOND, THIRD = resize(OAK, "second bar", 1.2), resize(OAK, "third bar", 0.8)
+LOOKS = {tool.name: look(tool) for tool in (OAK, STEEL, SECOND, THIRD)}
 
 
 def price_by_brute_force(choice, candidate, num_outcomes, rng):
@@ -120,25 +130,26 @@ def test_who_knows_everything_stops_and_who_sees_a_tie_says_so(question):
 
 
 def test_an_object_that_is_known_by_itself_tells_little_more(question):
-    """Ten holds of a bar leave little news of that bar, though its material's mean is as uncertain as before."""
-    fresh, held = (
-        advise(question, [OAK], felt=felt).ranked[0] for felt in ({}, {OAK.name: feel_density(OAK, 563.0, 1.0)})
-    )
-    assert held.worth < 0.2 * fresh.worth
+    """What is felt of a bar that was felt exactly follows from it alone, and tells less than another bar."""
+    memory = hold_all((OAK, 563.0, 1.0))
+    samples = HoldSamples(
+        memory,
+        {"held": measure_drawing(OAK), "other": measure_drawing(SECOND)},
+        DEFAULT_SETTINGS,
+        np.random.default_rng(0),
+    ).draw(2000)
+    assert samples.draw_own("held").std() == pytest.approx(1.0, rel=0.1)
+    assert samples.draw_own("other").std() > 30.0
+    held, other = advise(question, [OAK], memory), advise(question, [SECOND], memory)
+    assert held.ranked[0].worth < 0.2 * other.ranked[0].worth
 
 
 def test_a_thing_of_another_kind_tells_nothing_about_its_colour(question):
     memory = start_memory("kinds_map")
     for tool, density in ((OAK, 560.0), (STEEL, 7800.0)):
-        for length in (1.0, 1.3):
-            parts = [p.appearance._replace(sizes=(0.1 * length, 0.06, 0.04)) for p in measure_drawing(tool)]
-            recollection = memory.recall(parts, PRIOR)
-            likelihood = Likelihood(np.eye(1) / 20.0**2, np.array([density]) / 20.0**2, 0.0, 0.0, 1)
-            memory = recollection.memory.learn(lambda _, found=likelihood: found, PRIOR.deviation).memory
-    decoy = [part.appearance for part in measure_drawing(STEEL)]
-    recollection = memory.recall(decoy, PRIOR)
-    likelihood = Likelihood(np.eye(1) / 20.0**2, np.array([1500.0]) / 20.0**2, 0.0, 0.0, 1)
-    memory = recollection.memory.learn(lambda _: likelihood, PRIOR.deviation).memory
+        for factor in (1.0, 1.3):
+            memory = hold(memory, resize(tool, tool.name, 2.0 * factor), density)
+    memory = hold(memory, STEEL, 1500.0)
     assert memory.state["is_kind"].sum() == 3  # the decoy is of a kind of its own
     advice = advise(question, [STEEL], memory)
     assert advice.ranked[0].worth < 0.01
@@ -155,25 +166,11 @@ def test_questions_that_are_none_are_refused(question):
     assert "price" in refuse(advise, question, [OAK], error=AffordanceError, price=-1.0)
 
 
-def test_another_object_of_the_same_name_is_not_what_was_felt(question):
-    """A rod of steel by the name of a bar of oak that was held has no densities of its own yet."""
-    felt = {OAK.name: feel_density(OAK, 563.0, 1.0)}
-    objects = {OAK.name: measure_drawing(STEEL)}
-    own = [
-        HoldSamples(remember(felt.values()), objects, each, DEFAULT_SETTINGS, np.random.default_rng(0))
-        .draw(500)
-        .draw_own(OAK.name)
-        for each in (felt, {})
-    ]
-    assert own[0][:, 1].std() == pytest.approx(own[1][:, 1].std(), rel=0.15)
-    assert own[0][:, 1].std() > 100.0 * felt[OAK.name].own.precision[0, 0] ** -0.5
-
-
 def test_hold_of_a_tool_tells_of_the_errors_of_its_look(question):
     """The errors under which options are priced are those under which the same tool is felt."""
     features = question.choice.options[0].features
     objects = {"tool": features}
-    samples = HoldSamples(MaterialMemory(), objects, {}, DEFAULT_SETTINGS, np.random.default_rng(0)).draw(50)
+    samples = HoldSamples(MaterialMemory(), objects, DEFAULT_SETTINGS, np.random.default_rng(0)).draw(50)
     first = samples.draw_errors("tool")
     assert first.shape == (50, len(samples.build_geometry("tool").Phi_errors))
     np.testing.assert_array_equal(first, samples.draw_errors("tool"))
@@ -181,47 +178,31 @@ def test_hold_of_a_tool_tells_of_the_errors_of_its_look(question):
 
 
 def test_settled_choice_that_rests_on_one_object_is_said_and_a_check_proposed(question):
-    felt = {"bar of oak": feel_density(OAK, 563.0), "rod of cast steel": feel_density(STEEL, 7200.0)}
-    second = replace(OAK, name="second bar")
-    advice = advise(question, [second, BRASS], remember(felt.values()), felt=felt)
+    memory = hold_all((OAK, 563.0), (STEEL, 7200.0))
+    advice = advise(question, [SECOND, BRASS], memory, looks=LOOKS)
     assert advice.rests_on == ("bar of oak",)  # steel never felt would be denser than oak, most probably
     assert (advice.stop, advice.check) == ("", "second bar")
-    dear = advise(question, [second], remember(felt.values()), felt=felt, price=1e3)
+    dear = advise(question, [SECOND], memory, looks=LOOKS, price=1e3)
     assert (dear.stop, dear.rests_on, dear.check) == ("settled", ("bar of oak",), "")
-    checked = {**felt, "second bar": feel_density(OAK, 580.0)}
-    advice = advise(question, [BRASS], remember(checked.values()), felt=checked)
+    unnamed = advise(question, [SECOND], memory, price=1e3)
+    assert unnamed.rests_on == ("object 1",)
+    checked = hold(memory, SECOND, 580.0)
+    advice = advise(question, [BRASS], checked, looks=LOOKS)
     assert (advice.stop, advice.rests_on, advice.check) == ("settled", (), "")
 
 
 def test_two_objects_that_differ_settle_nothing_until_a_third_decides(question):
     """Two objects at odds leave a third hold worth while, though the learner itself is sure of the mean of both."""
-    at_odds = {"bar of oak": feel_density(OAK, 7200.0), "second bar": feel_density(OAK, 580.0)}
-    at_odds["rod of cast steel"] = feel_density(STEEL, 7200.0)
-    memory = remember(at_odds.values())
-    believed = advise(question, [BRASS], memory).decisions[0]
-    doubted = advise(question, [replace(OAK, name="third bar"), BRASS], memory, felt=at_odds)
+    at_odds = hold_all((OAK, 7200.0), (SECOND, 580.0), (STEEL, 7200.0))
+    mean, covariance = at_odds.belief.untruncated_mean, at_odds.belief.covariance
+    sure = MaterialMemory.from_belief(at_odds.colours, DensityBelief.from_moments(mean, covariance))
+    believed = advise(question, [BRASS], sure).decisions[0]
+    doubted = advise(question, [THIRD, BRASS], at_odds)
     assert doubted.stop == ""
     assert doubted.ranked[0].name == "third bar"
     assert doubted.decisions[0].p_best < believed.p_best
-    settled = {**at_odds, "third bar": feel_density(OAK, 570.0)}
-    advice = advise(question, [BRASS], remember(settled.values()), felt=settled)
+    advice = advise(question, [BRASS], hold(at_odds, THIRD, 570.0))
     assert (advice.stop, advice.rests_on) == ("settled", ())
-
-
-def test_evidence_for_an_odd_object_is_that_of_bayes_rule():
-    """The odds that an object is odd are the ratio of normal densities of two exactly known objects of a material."""
-    felt = {"bar of oak": feel_density(OAK, 600.0, 1e-3), "second bar": feel_density(OAK, 1400.0, 1e-3)}
-    parts = {name: measure_drawing(OAK) for name in felt}
-    samples = HoldSamples(remember(felt.values()), parts, felt, DEFAULT_SETTINGS, np.random.default_rng(0))
-    for suspicion, odd, other in zip(samples.suspicions, (600.0, 1400.0), (1400.0, 600.0), strict=True):
-        sd, deviation = PRIOR.sd, PRIOR.deviation * other
-        gain = sd**2 / (sd**2 + deviation**2)
-        mean, variance = PRIOR.mode + gain * (other - PRIOR.mode), (1.0 - gain) * sd**2
-        scatter = PRIOR.deviation * odd
-        strange = norm.pdf(odd, PRIOR.mode, np.hypot(sd, scatter))
-        expected = norm.pdf(odd, mean, np.hypot(np.sqrt(variance), scatter))
-        assert suspicion.weight == pytest.approx(ODD / (1.0 - ODD) * strange / expected, rel=1e-3)
-        assert suspicion.belief.untruncated_mean == pytest.approx([mean])
 
 
 class Advisor:

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.summed_trials import sum_trials
 from helpers.trials import WOOD, hold
 
 from affordance.belief.learners import DENSITY, KINDS_MAP
+from affordance.belief.material_memory import start_memory
 from affordance.belief.memory_file import format_memory
 from affordance.experiments import weight
 from affordance.experiments.shared.observers import Setup
-from affordance.extensions.memory.ledger import open_memory
+from affordance.extensions.memory.ledger import open_memory, replay
 from affordance.extensions.memory.simulated_trial import describe_trial, remember_in
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
@@ -34,7 +34,7 @@ def test_evidence_of_one_hold_gives_the_belief_of_the_trial(noise):
     trial = describe_trial(record)
     assert trial.num_samples == record.samples.accepted
     assert trial.robot == "the paper's arm"
-    recalled = sum_trials([trial], settings.prior).build_belief()
+    recalled = replay([trial], start_memory(), settings.prior).belief
     np.testing.assert_allclose(recalled.precision, record.memory.belief.precision, rtol=1e-6)
     np.testing.assert_allclose(recalled.information_vector, record.memory.belief.information_vector, rtol=1e-6)
 

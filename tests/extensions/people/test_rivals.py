@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from affordance.belief.holds import Felt
 from affordance.belief.learner import Seen
 from affordance.belief.learners import LEARNERS, list_learners
-from affordance.belief.likelihood import Likelihood
 from affordance.belief.prior import Prior
 from affordance.commands.catalogue import find_learner
 from affordance.extensions.people.rivals import NOTHING_REMEMBERED, OWN_AND_SHARED, OWN_MEMORY, RIVALS, label_learner
@@ -17,15 +17,10 @@ def start(learner, size=2, num_colours=2):
     return learner.start(None, learner.parameters, PRIOR, num_colours, size)
 
 
-def feel(rho, sd=1.0):
-    """A measurement of the densities of one object of each observer."""
-
-    def find(normals, observers=None):
-        size, m = normals.mean.shape
-        felt = np.broadcast_to(rho, (size, m))
-        return Likelihood(np.tile(np.eye(m) / sd**2, (size, 1, 1)), felt / sd**2, np.zeros(size), np.zeros(size), m)
-
-    return find
+def feel(rho, *colours, sd=1.0):
+    """Measurements of the densities of one object of two observers, of one density unless its colours are given."""
+    m = len(colours) or 1
+    return Felt.from_torques(np.broadcast_to(rho, (2, m)), np.zeros(m), np.tile(np.eye(m), (2, 1, 1)), (sd, 0.0))
 
 
 def see(thing, *colours, size=2):
@@ -35,7 +30,7 @@ def see(thing, *colours, size=2):
 def test_own_memory_is_bayes_rule_for_each_object_alone():
     state = start(OWN_MEMORY)
     for rho in (3000.0, 3400.0):
-        state = OWN_MEMORY.learn(state, see(1), feel(rho, 500.0), None).state
+        state = OWN_MEMORY.learn(state, see(1), feel(rho, sd=500.0), None).state
     precision = PRIOR.sd**-2 + 2.0 / 500.0**2
     mean = (PRIOR.mode / PRIOR.sd**2 + 6400.0 / 500.0**2) / precision
     known = OWN_MEMORY.expect(state, see(1))
@@ -52,7 +47,7 @@ def test_nothing_remembered_feels_each_lift_and_forgets_it():
     precision = PRIOR.sd**-2 + 1.0 / 500.0**2
     mean = (PRIOR.mode / PRIOR.sd**2 + 3000.0 / 500.0**2) / precision
     for _ in range(2):
-        lesson = NOTHING_REMEMBERED.learn(state, see(1), feel(3000.0, 500.0), None)
+        lesson = NOTHING_REMEMBERED.learn(state, see(1), feel(3000.0, sd=500.0), None)
         np.testing.assert_allclose(lesson.densities.mean, [[mean]] * 2)
         state = lesson.state
     for seen in (see(0), see(1)):
@@ -79,7 +74,7 @@ def test_own_and_shared_are_two_delta_rules():
 @pytest.mark.parametrize("learner", RIVALS.values(), ids=RIVALS)
 def test_colours_are_met_and_selected(learner):
     """A thing of two colours keeps its densities where a third colour is met and others are left out."""
-    state = learner.learn(start(learner), see(0, 0, 1), feel([2000.0, 5000.0]), None).state
+    state = learner.learn(start(learner), see(0, 0, 1), feel([2000.0, 5000.0], 0, 1), None).state
     before = learner.expect(state, see(0, 0, 1)).mean
     assert learner.meet(state, np.array([0.1, 0.8, 0.1]))[1] == 1
     met, index = learner.meet(state, np.array([0.1, 0.1, 0.8]))
@@ -88,7 +83,7 @@ def test_colours_are_met_and_selected(learner):
     kept = learner.select(met, [1, 0, 2], [0])
     np.testing.assert_allclose(learner.believe(kept).mean, learner.believe(met).mean[:, [1, 0, 2]])
     if learner is not NOTHING_REMEMBERED:
-        assert kept[next(iter({*kept} & {"own", "felt_information"}))].shape[1] == 1
+        assert kept[next(iter({*kept} & {"own", "hold_count"}))].shape[1] == 1
     np.testing.assert_allclose(learner.expect(met, see(0, 0, 1)).mean, before)
 
 

@@ -16,7 +16,8 @@ from affordance.experiments.shared.grips import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
     choose_by_sample,
-    estimate_correct,
+    compute_probabilities,
+    estimate_probability,
 )
 from affordance.reporting.statistics import estimate_proportion
 from studies.robustness import choosing
@@ -48,15 +49,20 @@ def experience():
 
 
 def test_choices_are_those_that_the_simulations_count(choice, experience):
-    """Shares and intervals equal those of the simulations, with one choice of each observer at each moment."""
+    """Probabilities and intervals equal those of the simulations, at each moment, and agree with drawn choices."""
     numbers = measure_choices(choice, STICK, experience, 3, "one sample")
     correct = [option.grip for option in choice.options].index(numbers["correct_grip"])
-    every = np.array([choose_by_sample(choice, each, (3, observer)) for observer, each in enumerate(experience)])
+    chosen = [[memories[after] for after in MOMENTS] for memories in experience]
+    right = np.array(
+        [compute_probabilities(choice, each, (3, observer))[:, correct] for observer, each in enumerate(chosen)]
+    )
     before = choose_before_experience(choice, (WOOD, STEEL), 3)
     assert len(before) == NUM_PRIOR_CHOICES
-    counted = estimate_correct(every, before, correct)
-    np.testing.assert_array_equal(numbers["p_correct"], counted.mean[list(MOMENTS)])
-    np.testing.assert_array_equal(numbers["p_correct_ci95"], counted.ci95[list(MOMENTS)])
+    counted = estimate_probability(right, before, correct)
+    np.testing.assert_array_equal(numbers["p_correct"], counted.mean)
+    np.testing.assert_array_equal(numbers["p_correct_ci95"], counted.ci95)
+    drawn = choose_by_sample(choice, [experience[0][1]] * 400, (3, 0)) == correct
+    assert numbers["p_correct"][1] == pytest.approx(drawn.mean(), abs=4.0 * 0.5 / np.sqrt(400))
     assert 0.3 < numbers["p_correct"][1] < numbers["p_correct"][-1] == 1.0
 
 

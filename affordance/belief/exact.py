@@ -1,0 +1,590 @@
+"""Posterior of materials' densities from everything that was felt, for many observers at once.
+
+    mu_i ~ N(m_i, s_i^2) for mu_i > 0                  mean density of material i, [kg/m^3]
+    rho_k = mu_i (1 + deviation delta_k)               density of object k, with delta_k ~ N(0, 1)
+    y ~ N(t, s0^2 + (w t)^2),  t = tau_arm + A rho_k   mean torques of one hold of object k, [N m]
+
+The state keeps what was felt (``holds``), never a sum of approximations to it. Objects may therefore come in any
+order, move to another kind or be forgotten, and memories can be merged.
+
+Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
+computed on a grid: at each node Laplace's method integrates over all other scores and all delta (Tierney and Kadane
+1986, J. Am. Stat. Assoc. 81:82; Rue, Martino and Chopin 2009, J. R. Stat. Soc. B 71:319). Means and SDs of mu_i and
+rho_k are sums over the grid; correlations are those at the mode of all scores and delta. The result is the normal
+distribution that has these moments when it is restricted to positive densities.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+import scipy  # it imports its submodules on first use: interpolation takes a tenth of a second
+from numpy.typing import NDArray
+from scipy.special import log_ndtr, ndtri_exp
+
+from affordance.arrays import Array, Mask
+from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques
+from affordance.belief.normals import Normals, invert
+from affordance.belief.positive_normal import find_untruncated
+
+# Means of at least so many SDs are not affected by the restriction to positive densities; least correlation that
+# matters for the others. The same for two densities of which the bound cuts off both ends of what is left open. Least
+# precision of a normal distribution, in units of the SDs.
+_FREE, _RELATED, _CUT, _RIDGE, _LEAST_PRECISION = 6.0, 0.02, 2.1, 0.5, 1e-6
+# Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
+# beyond the nodes it continues along straight lines.
+_NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)
+_LEAST_CURVATURE = 0.1  # of a deviation, whose prior alone has 1
+# Largest change of the log posterior by a Newton step that counts as none, at the mode and at a node. A step that
+# promises no more than the last number is the last: it squares what is left, and rounding hides smaller changes.
+_SETTLED, _SETTLED_NODE, _LAST = 1e-20, 1e-10, 1e-10
+_MOST_STEPS, _MOST_HALVINGS = 100, 40
+_LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in double precision
+
+
+class GivenMeans(NamedTuple):
+    """Normal distributions of an object's C densities given M mean densities, with a linear mean, for B observers."""
+
+    offset: Array  # mean at mean densities of zero, (B, C), [kg/m^3]
+    slopes: Array  # change with the mean densities, (B, C, M)
+    covariance: Array  # (B, C, C), [(kg/m^3)^2]
+
+
+class Posterior(NamedTuple):
+    """Posterior of mean densities, and of the densities of one object, for B observers, [kg/m^3]."""
+
+    means: Normals  # unrestricted normals of M mean densities, (B, M)
+    own: Normals | None  # unrestricted normals of the object's C densities, (B, C)
+    given_means: GivenMeans | None = None  # the object's densities given the mean densities
+    log_evidence: float | Array = 0.0  # log probability density of all that was felt, by Laplace's method, (B,)
+
+
+class _Point(NamedTuple):
+    """Log posterior at scores z, (B, n, M), and deviations d, (B, n, T, C), with its derivatives."""
+
+    value: Array  # (B, n)
+    of_things: Array  # share of each thing in the value, (B, n, T)
+    of_means: Array  # share of each mean density, (B, n, M)
+    gz: Array  # (B, n, M)
+    gd: Array  # (B, n, T, C)
+    A: Array  # minus the second derivatives by z, (B, n, M, M)
+    C: Array  # minus those by d and z, (B, n, T, C, M)
+    D: Array  # minus those by d, (B, n, T, C, C)
+    mu: Array  # (B, n, M)
+    slope: Array  # d mu / d z, (B, n, M)
+
+
+class _Model:
+    """Log posterior of scores and deviations of some observers."""
+
+    def __init__(
+        self, prior: Normals, holds: Holds, kinds: NDArray[np.intp], is_used: Mask, deviation: Array
+    ) -> None:
+        self.holds, self.deviation = holds, deviation[:, None, None, None]
+        self.precision, self.information = prior.precision[:, None], prior.information_vector[:, None]
+        self.size = prior.mean.shape[1]
+        self.selection = (kinds[..., None] == np.arange(self.size)) & is_used[..., None]  # (B, T, C, M)
+        self.sd = np.sqrt(np.diagonal(prior.covariance, axis1=1, axis2=2))[:, None]  # (B, 1, M)
+        self.mode = prior.mean[:, None]
+        self.log_share = log_ndtr(self.mode / self.sd)
+        # Log of the prior's normalising constant; its share of positive densities is that of independent ones.
+        quadratic = (self.mode * self.information).sum(axis=(1, 2))
+        self.log_scale = 0.5 * (np.linalg.slogdet(prior.precision)[1] - quadratic) - self.log_share.sum(axis=(1, 2))
+
+    def take(self, rows: NDArray[np.intp]) -> "_Model":
+        """Returns the model of some observers."""
+        other = object.__new__(_Model)
+        for name, value in vars(self).items():
+            setattr(other, name, value[rows] if isinstance(value, np.ndarray) else value)
+        other.holds = self.holds.take(rows)
+        return other
+
+    def find_densities(self, z: Array) -> tuple[Array, Array, Array]:
+        """Computes mu, (B, n, M), and its first and second derivative by the scores."""
+        x = -ndtri_exp(self.log_share + log_ndtr(-z))
+        slope = self.sd * np.exp(0.5 * (x - z) * (x + z) + self.log_share)
+        # Far below the mode x is a small difference of large numbers, but mu stays positive.
+        mu = np.maximum(self.mode + self.sd * x, 1e-12 * self.sd)
+        return mu, slope, slope * (x * slope / self.sd - z)
+
+    def evaluate(self, z: Array, d: Array, *, is_expected: bool = False) -> _Point:
+        """Computes the log posterior with derivatives; expected second derivatives are positive definite."""
+        mu, slope, bend = self.find_densities(z)
+        S, f = self.selection[:, None].astype(float), self.deviation
+        own = (S @ mu[:, :, None, :, None])[..., 0]  # mu of each density, (B, n, T, C)
+        e = 1.0 + f * d
+        slopes = compute_log_likelihood(self.holds, own * e, is_expected=is_expected)
+        g, H = slopes.gradient, slopes.hessian
+        log_jacobian = np.log(slope)
+        Lambda, eta = self.precision, self.information
+        product = (Lambda @ mu[..., None])[..., 0]
+        of_means = mu * (eta - 0.5 * product) + log_jacobian
+        of_things = slopes.value - 0.5 * (d**2).sum(axis=-1)
+        value = of_means.sum(axis=-1) + of_things.sum(axis=-1)
+        # By densities: mu collects the derivatives of all things of that kind.
+        g_mu = eta - product + ((e * g)[..., None] * S).sum(axis=(-3, -2))
+        eH, scale, unit = e[..., None] * H, f * own, np.eye(d.shape[-1])
+        ES = S.transpose(0, 1, 2, 4, 3)  # (B, 1, T, M, C)
+        H_mu = (ES @ (eH * e[..., None, :]) @ S).sum(axis=-3)
+        # By deviations, and mixed, with rows for d and columns for mu.
+        D = unit - scale[..., None] * H * scale[..., None, :]
+        mixed = scale[..., None] * H * e[..., None, :]
+        # By scores. The second derivative of log slope follows from log slope = (x^2 - z^2) / 2 + constant.
+        x, ratio = (mu - self.mode) / self.sd, slope / self.sd
+        gz = slope * g_mu + x * ratio - z
+        if is_expected:
+            A = np.eye(self.size) - slope[..., None] * H_mu * slope[..., None, :]
+        else:
+            mixed = mixed + (f * g)[..., None] * unit
+            A = slope[..., None] * (Lambda - H_mu) * slope[..., None, :]
+            A[..., range(self.size), range(self.size)] -= bend * g_mu + ratio**2 + x * bend / self.sd - 1.0
+        C = -(mixed @ S) * slope[..., None, None, :]
+        return _Point(value, of_things, of_means, gz, scale * g - d, A, C, D, mu, slope)
+
+
+class _Curvature(NamedTuple):
+    """Factors of minus the matrix of second derivatives, with some scores fixed."""
+
+    DC: Array  # D^-1 C, (B, n, T, C, M)
+    Dg: Array  # D^-1 g, (B, n, T, C)
+    inverse: Array  # covariance of the scores: inverse of A - C^T D^-1 C, (B, n, M, M), zero for fixed ones
+    log_det: Array  # log determinant of the whole matrix without fixed scores, (B, n)
+    dz: Array  # Newton step of the scores, (B, n, M)
+    dd: Array  # Newton step of the deviations, (B, n, T, C)
+    gain: Array  # twice the gain in log posterior that the step promises, (B, n)
+
+
+def _solve(point: _Point, fixed: Array) -> tuple[_Curvature, Mask]:
+    """Solves for the Newton step, and tells where the matrix is positive definite, (B, n)."""
+    A, C, D = point.A, point.C, point.D
+    if D.shape[-1] == 1:
+        inverse_D, log_D, ok = 1.0 / D, np.log(np.maximum(D[..., 0, 0], 1e-300)), D[..., 0, 0] > 0.0
+    else:
+        inverse_D, (sign, log_D) = np.linalg.inv(D), np.linalg.slogdet(D)
+        ok = (sign > 0.0) & (np.linalg.eigvalsh(D)[..., 0] > 0.0)
+    DC, Dg = inverse_D @ C, (inverse_D @ point.gd[..., None])[..., 0]
+    M = A.shape[-1]
+    schur = A - (np.swapaxes(C, -1, -2) @ DC).sum(axis=-3)
+    free = 1.0 - fixed
+    schur = schur * free[..., None] * free[..., None, :] + np.eye(M) * fixed[..., None]
+    g = (point.gz - (C * Dg[..., None]).sum(axis=(-3, -2))) * free
+    if M == 1:
+        inverse, log_schur, definite = (
+            1.0 / schur,
+            np.log(np.maximum(schur[..., 0, 0], 1e-300)),
+            schur[..., 0, 0] > 0.0,
+        )
+    else:
+        values = np.linalg.eigvalsh(schur)
+        definite = values[..., 0] > 0.0
+        inverse, log_schur = np.linalg.inv(schur), np.log(np.maximum(values, 1e-300)).sum(axis=-1)
+    dz = (inverse @ g[..., None])[..., 0]
+    dd = Dg - (DC @ dz[:, :, None, :, None])[..., 0]
+    gain = (dz * g).sum(axis=-1) + (Dg * point.gd).sum(axis=(-2, -1))
+    inverse = inverse * free[..., None] * free[..., None, :]
+    return _Curvature(DC, Dg, inverse, log_D.sum(axis=-1) + log_schur, dz, dd, gain), definite & ok.all(axis=-1)
+
+
+class _Mode(NamedTuple):
+    """Mode of the log posterior, given fixed scores, with its curvature."""
+
+    z: Array
+    d: Array
+    point: _Point
+    curvature: _Curvature
+
+
+def _climb(model: _Model, z: Array, d: Array, fixed: Array, settled: float) -> _Mode:
+    """Finds modes by Newton's method with shortened steps; ``fixed`` is 1 for scores that stay, (B, n, M).
+
+    Where the matrix of second derivatives is not negative definite, its expectation replaces it.
+    """
+    found = _Mode(z, d, *_look(model, z, d, fixed))
+    left, part, here, ended = np.arange(len(z)), model, found, np.zeros(fixed.shape[:2], dtype=bool)
+    for _ in range(_MOST_STEPS):
+        moves = (here.curvature.gain > settled) & ~ended  # (b, n)
+        going = np.flatnonzero(moves.any(axis=1))
+        if not len(going):
+            return found
+        if len(going) < len(left):
+            left, part, here, moves = left[going], part.take(going), _take(here, going), moves[going]
+            ended = ended[going]
+        length, free, is_last = moves.astype(float), fixed[left], here.curvature.gain <= _LAST
+        for _ in range(_MOST_HALVINGS):
+            z = np.maximum(here.z + length[..., None] * here.curvature.dz, _LEAST_SCORE)
+            d = here.d + length[..., None, None] * here.curvature.dd
+            point = part.evaluate(z, d)
+            worse = ~(point.value >= here.point.value - 1e-12 * np.abs(here.point.value)) & ~is_last
+            if not worse.any():
+                break
+            length = np.where(worse, 0.5 * length, length)
+        ended |= is_last | worse  # no step, however short, gains anything that rounding does not hide
+        here = _Mode(z, d, *_look(part, z, d, free, point))
+        found = here if len(left) == len(found.z) else _put(found, left, here)
+    return found
+
+
+def _look(model: _Model, z: Array, d: Array, fixed: Array, point: _Point | None = None) -> tuple[_Point, _Curvature]:
+    """Evaluates the log posterior and the Newton step at a point."""
+    point = model.evaluate(z, d) if point is None else point
+    curvature, is_definite = _solve(point, fixed)
+    if not is_definite.all():
+        safe, _ = _solve(model.evaluate(z, d, is_expected=True), fixed)
+        curvature = _Curvature(*(_choose(is_definite, one, two) for one, two in zip(curvature, safe, strict=True)))
+    return point, curvature
+
+
+def _start(model: _Model, prior: Normals, T: int, C: int) -> tuple[Array, Array]:
+    """Finds scores, (B, 2, M), and deviations, (B, 2, T, C), to start from: those of a fit, and zeros.
+
+    The log posterior may have several maxima (``fit_torques``).
+    """
+    S, f = model.selection.astype(float), model.deviation[:, 0]
+    P, q = fit_torques(model.holds, T)
+    mode, sd = (
+        (S @ np.broadcast_to(each, prior.mean.shape)[:, None, :, None])[..., 0]
+        for each in (prior.mean, model.sd[:, 0])
+    )
+    sd = np.where(sd > 0.0, sd, 1.0)
+    own = np.linalg.solve(P + np.eye(C) / sd[..., None] ** 2, (q + mode / sd**2)[..., None])[..., 0]
+    own = np.maximum(own, 1e-3 * sd)
+    spread = np.eye(C) + P * (f * own)[..., None, :] ** 2
+    precision = prior.precision + (S.mT @ np.linalg.solve(spread, P) @ S).sum(axis=1)
+    information = prior.information_vector + (S.mT @ np.linalg.solve(spread, q[..., None]))[..., 0].sum(axis=1)
+    sds = model.sd[:, 0]
+    mu = np.maximum(np.linalg.solve(precision, information[..., None])[..., 0], 1e-3 * sds)
+    z = -ndtri_exp(log_ndtr(-(mu - prior.mean) / sds) - model.log_share[:, 0])
+    d = np.where(
+        model.selection.any(axis=-1) & (f > 0.0),
+        own / np.maximum((S @ mu[:, None, :, None])[..., 0], 1e-300) - 1.0,
+        0.0,
+    )
+    d = d / np.where(f > 0.0, f, 1.0)
+    return np.stack([z, np.zeros_like(z)], axis=1), np.stack([d, np.zeros_like(d)], axis=1)
+
+
+def _choose_best(found: _Mode) -> _Mode:
+    """Returns the most probable of several modes by Laplace's method."""
+    z, d, point, curvature = found
+    rows, best = np.arange(len(z)), (point.value - 0.5 * curvature.log_det).argmax(axis=1)
+
+    def take(array: Array) -> Array:
+        return np.asarray(array[rows, best][:, None])
+
+    return _Mode(take(z), take(d), _Point(*map(take, point)), _Curvature(*map(take, curvature)))
+
+
+def _choose(where: Mask, one: Array, other: Array) -> Array:
+    return np.where(where.reshape(*where.shape, *[1] * (one.ndim - 2)), one, other)
+
+
+def _take(mode: _Mode, rows: NDArray[np.intp]) -> _Mode:
+    z, d, point, curvature = mode
+    return _Mode(z[rows], d[rows], _Point(*(a[rows] for a in point)), _Curvature(*(a[rows] for a in curvature)))
+
+
+def _put(mode: _Mode, rows: NDArray[np.intp], part: _Mode) -> _Mode:
+    def put(one: Array, other: Array) -> Array:
+        one = one.copy()
+        one[rows] = other
+        return one
+
+    point = _Point(*(put(one, other) for one, other in zip(mode.point, part.point, strict=True)))
+    curvature = _Curvature(*(put(one, other) for one, other in zip(mode.curvature, part.curvature, strict=True)))
+    return _Mode(put(mode.z, part.z), put(mode.d, part.d), point, curvature)
+
+
+def compute_posterior(
+    prior: Normals,
+    holds: Holds,
+    kinds: NDArray[np.intp],
+    is_used: Mask,
+    deviation: Array,
+    things: NDArray[np.intp] | None = None,
+) -> Posterior:
+    """Computes the posterior of mean densities, and of one thing's own densities.
+
+    Args:
+        prior: Prior of M mean densities.
+        holds: What was felt of T things with at most C densities.
+        kinds: Index of the mean of each density, (B, T, C).
+        is_used: True where a thing has that many densities, (B, T, C).
+        deviation: SD of an object's density as a fraction of the mean, (B,).
+        things: Number of the thing of each observer whose densities are wanted, (B,), or of K things of a single
+            observer, (K,); None for none.
+    """
+    B, M = prior.mean.shape
+    owned = ((kinds[..., None] == np.arange(M)) & is_used[..., None]).any(axis=2)  # (B, T, M)
+    joined = (prior.covariance != 0.0) | np.eye(M, dtype=bool) | (owned.mT @ owned)
+    joined = np.linalg.matrix_power(joined, M)  # (B, M, M)
+    patterns = np.concatenate([joined.reshape(B, -1), owned.any(axis=1)], axis=1)
+    if (patterns != patterns[:1]).any():
+        return _split(prior, holds, kinds, is_used, deviation, things, patterns)
+    joined = joined[0]
+    if not (joined.all() and owned.any()):
+        return _divide(prior, holds, kinds, is_used, deviation, things, joined, owned)
+    model = _Model(prior, holds, kinds, is_used, deviation)
+    T, C = kinds.shape[1:]
+    is_separate = not is_used[..., 1:].any() and not prior.covariance[:, ~np.eye(M, dtype=bool)].any()
+    z, d = _start(model, prior, T, C)
+    if is_separate and not holds.errors.shape[2]:  # the fit of a single density is close to the mode
+        z, d = z[:, :1], d[:, :1]
+    mode = _choose_best(_climb(model, z, d, np.zeros((*z.shape[:2], M)), _SETTLED))
+    grid = (_tabulate_separate if is_separate else _tabulate)(model, mode)
+    mean = (grid.mass * grid.mu).sum(axis=-1)
+    sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
+    expansion, covariance = _expand(model, mode), _find_covariance(mode)
+    is_quadratic = ~((holds.noise[..., 1] > 0.0).any(axis=1) | (holds.errors != 0.0).any(axis=(1, 2, 3, 4)))
+    means = _restrict(mean, sd, covariance, expansion, is_quadratic)
+    log_evidence = model.log_scale + (mode.point.value - 0.5 * mode.curvature.log_det)[:, 0]
+    if things is None:
+        return Posterior(means, None, None, log_evidence)
+    rows, point = np.broadcast_to(np.arange(B), things.shape), mode.point
+    own_kinds, used = kinds[rows, things], is_used[rows, things]  # (B, C)
+    at, f = (rows[:, None], own_kinds), deviation[:, None]
+    cells = rows[:, None], own_kinds, slice(None), things[:, None], np.arange(C)
+    mass, mu, d, variance = grid.mass[at], grid.mu[at], grid.d[cells], grid.variance[cells]  # (B, C, n)
+    own = mu * (1.0 + f[..., None] * d)
+    own_mean = (mass * own).sum(axis=-1)
+    squares = (own - own_mean[..., None]) ** 2 + (f[..., None] * mu) ** 2 * variance
+    own_sd = np.sqrt((mass * squares).sum(axis=-1))
+    # About the mode rho = mu (1 + f d) changes by e dmu + f mu dd, and d by -D^-1 C dmu if mu changes.
+    e, scale = 1.0 + f * mode.d[rows, 0, things], f * point.mu[:, 0][at]
+    slopes = (own_kinds[..., None] == np.arange(M)) * e[..., None]
+    slopes = (slopes - scale[..., None] * mode.curvature.DC[rows, 0, things] / point.slope[:, 0, None]) * used[
+        ..., None
+    ]
+    alone = scale[..., None] * invert(point.D[rows, 0, things]) * scale[:, None, :]
+    alone = np.where(used[..., None] & used[:, None], alone, np.eye(used.shape[1]))
+    own_center = point.mu[:, 0][at] * e + np.matvec(slopes, expansion.mean - point.mu[:, 0])
+    spread = [slopes @ each @ slopes.mT + alone for each in (covariance, expansion.covariance)]
+    own_mean, own_sd = np.where(used, own_mean, 1.0), np.where(used, own_sd, 1.0)
+    own_normals = _restrict(own_mean, own_sd, spread[0], Normals(own_center, spread[1]), is_quadratic[rows])
+    given_means = GivenMeans(own_center - np.matvec(slopes, expansion.mean), slopes, alone)
+    return Posterior(means, own_normals, given_means, log_evidence)
+
+
+def _split(
+    prior: Normals,
+    holds: Holds,
+    kinds: NDArray[np.intp],
+    is_used: Mask,
+    deviation: Array,
+    things: NDArray[np.intp] | None,
+    patterns: Mask,
+) -> Posterior:
+    """Computes the posteriors of observers in groups of equal patterns, so that none depends on others."""
+    numbers = np.unique(patterns, axis=0, return_inverse=True)[1].ravel()
+    parts = [np.flatnonzero(numbers == number) for number in range(numbers.max() + 1)]
+    order = np.argsort(np.concatenate(parts))
+    found = [
+        compute_posterior(
+            prior.take(rows),
+            holds.take(rows),
+            kinds[rows],
+            is_used[rows],
+            deviation[rows],
+            None if things is None else things[rows],
+        )
+        for rows in parts
+    ]
+
+    def join(*arrays: Array) -> Array:
+        return np.concatenate(arrays)[order]
+
+    def join_normals(*each: Normals) -> Normals:
+        return Normals(join(*(one.mean for one in each)), join(*(one.covariance for one in each)))
+
+    means, own, given_means, log_evidence = zip(*found, strict=True)
+    return Posterior(
+        join_normals(*means),
+        None if things is None else join_normals(*own),
+        None if things is None else GivenMeans(*map(join, *given_means)),
+        join(*log_evidence),
+    )
+
+
+def _divide(
+    prior: Normals,
+    holds: Holds,
+    kinds: NDArray[np.intp],
+    is_used: Mask,
+    deviation: Array,
+    things: NDArray[np.intp] | None,
+    joined: Mask,
+    owned: Mask,
+) -> Posterior:
+    """Computes posteriors of groups of mean densities that no prior and no thing joins, apart from each other.
+
+    ``joined``, (M, M), tells which are of one group, and ``owned``, (B, T, M), which a thing has. A group that no
+    thing has keeps its prior.
+    """
+    B, M = prior.mean.shape
+    mean, covariance = prior.mean.copy(), prior.covariance.copy()
+    own, given_means, rows, log_evidence = None, None, np.arange(B), np.zeros(B)
+    if things is not None:
+        rows, C = np.broadcast_to(rows, things.shape), kinds.shape[2]
+        unit = np.tile(np.eye(C), (len(things), 1, 1))
+        own = Normals(np.ones((len(things), C)), unit)
+        given_means = GivenMeans(np.ones((len(things), C)), np.zeros((len(things), C, M)), unit.copy())
+    for chosen in map(np.flatnonzero, np.unique(joined, axis=0)):
+        is_own = owned[..., chosen].any(axis=2)  # (B, T)
+        kept = np.flatnonzero(is_own.any(axis=0))
+        if not len(kept):
+            continue
+        is_felt = np.take_along_axis(is_own, holds.thing, axis=1) & (holds.counts > 0)
+        of_group = Holds._make(array[:, is_felt.any(axis=0)] for array in holds)
+        is_felt = is_felt[:, is_felt.any(axis=0)]
+        numbers, places = np.zeros(M, dtype=np.intp), np.zeros(kinds.shape[1], dtype=np.intp)
+        numbers[chosen], places[kept] = np.arange(len(chosen)), np.arange(len(kept))
+        used = is_used[:, kept] & is_own[:, kept, None]
+        found = compute_posterior(
+            prior.select(chosen.tolist()),
+            of_group._replace(thing=places[of_group.thing], counts=np.where(is_felt, of_group.counts, 0.0)),
+            np.where(used, numbers[kinds[:, kept]], 0),
+            used,
+            deviation,
+            None if things is None else places[things],
+        )
+        mean[:, chosen], covariance[:, chosen[:, None], chosen] = found.means.mean, found.means.covariance
+        log_evidence = log_evidence + found.log_evidence
+        if things is not None and own is not None and given_means is not None:
+            assert found.own is not None
+            assert found.given_means is not None
+            here = np.flatnonzero(is_own[rows, things])
+            own.mean[here], own.covariance[here] = found.own.mean[here], found.own.covariance[here]
+            offset, slopes, rest = found.given_means
+            given_means[0][here], given_means[2][here] = offset[here], rest[here]
+            given_means.slopes[here[:, None, None], np.arange(C)[:, None], chosen] = slopes[here]
+    return Posterior(Normals(mean, covariance), own, given_means, log_evidence)
+
+
+def _find_covariance(mode: _Mode) -> Array:
+    """Finds the covariance of the mean densities, (B, M, M), from that of their scores at the mode."""
+    slope = mode.point.slope[:, 0]
+    covariance: Array = slope[..., None] * mode.curvature.inverse[:, 0] * slope[:, None]
+    return covariance
+
+
+def _expand(model: _Model, mode: _Mode) -> Normals:
+    """Expands the log posterior of the mean densities, not of scores, to second order at the mode.
+
+    Restricted to positive densities this is nearly exact even if the data leave differences of densities open.
+    """
+    point, M = mode.point, model.size
+    slope = point.slope[:, 0]
+    flat = _find_covariance(mode)
+    if M == 1:
+        return Normals(point.mu[:, 0], flat)
+    x = (point.mu - model.mode) / model.sd
+    ratio = point.slope / model.sd
+    bend = point.slope * (x * ratio - mode.z)
+    gradient = (point.gz - x * ratio + mode.z) / point.slope  # by densities, (B, 1, M)
+    of_slope = bend * gradient + ratio**2 + x * bend / model.sd - 1.0
+    precision = invert(mode.curvature.inverse[:, 0]) + of_slope[:, 0, :, None] * np.eye(M)
+    precision = precision / (slope[..., None] * slope[:, None])
+    values, vectors = np.linalg.eigh(precision)
+    # Where the log posterior of densities is not concave, that of scores is, at least nearly.
+    is_concave = values[:, 0] > 1e-12 * values[:, -1]
+    inverse = (vectors / np.where(is_concave[:, None], values, 1.0)[:, None]) @ vectors.mT
+    covariance = np.where(is_concave[:, None, None], inverse, flat)
+    shift = np.where(is_concave[:, None], np.matvec(covariance, gradient[:, 0]), 0.0)
+    return Normals(point.mu[:, 0] + shift, covariance)
+
+
+class _Grid(NamedTuple):
+    """Marginals of M scores at n points."""
+
+    mass: Array  # probabilities, (B, M, n)
+    mu: Array  # densities, (B, M, n)
+    d: Array  # deviations at the conditional modes, (B, M, n, T, C)
+    variance: Array  # their variances given the score, (B, M, n, T, C)
+
+
+def _tabulate(model: _Model, mode: _Mode) -> _Grid:
+    """Computes the marginal of each score on a grid about the mode."""
+    B, M = mode.z.shape[0], model.size
+    T, C = mode.d.shape[2:]
+    n, inverse = len(_NODES), mode.curvature.inverse[:, 0]
+    variances = np.diagonal(inverse, axis1=1, axis2=2)
+    slopes = inverse / variances[..., None]  # change of all scores with one of them
+    dz = slopes[:, :, None, :] * (np.sqrt(variances)[:, :, None] * _NODES)[..., None]
+    z = np.maximum(mode.z[:, :, None] + dz, _LEAST_SCORE).reshape(B, M * n, M)
+    dd = -(mode.curvature.DC @ dz.reshape(B, M * n, 1, M, 1))[..., 0]
+    fixed = np.broadcast_to(np.eye(M)[:, None], (B, M, n, M)).reshape(B, M * n, M)
+    found = _climb(model, z, mode.d + dd, fixed, _SETTLED_NODE)
+    log_p = (found.point.value - 0.5 * found.curvature.log_det).reshape(B, M, n)
+    D, DC = np.diagonal(invert(found.point.D), axis1=-2, axis2=-1), found.curvature.DC
+    variance = D + ((DC @ found.curvature.inverse[:, :, None]) * DC).sum(axis=-1)
+    shape = (B, M, n, T, C)
+    return _interpolate(model, mode, log_p, found.d.reshape(shape), variance.reshape(shape))
+
+
+def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
+    """Computes the marginal of each score where every thing has one density, so that mean densities are independent.
+
+    All scores move at once. Deviations follow by one Newton step, whose gain is added.
+    """
+    variances = np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2)[:, None]
+    dz = np.sqrt(variances) * _NODES[:, None]  # (B, n, M)
+    dd = -(mode.curvature.DC @ dz[:, :, None, :, None])[..., 0]
+    d = mode.d + dd
+    point = model.evaluate(np.maximum(mode.z + dz, _LEAST_SCORE), d)
+    D = np.maximum(np.diagonal(point.D, axis1=-2, axis2=-1), _LEAST_CURVATURE)  # (B, n, T, C)
+    gain = 0.5 * point.gd**2 / D - 0.5 * np.log(D)
+    of_kinds = (point.of_things[..., None] + gain)[..., None] * model.selection[:, None]
+    log_p = np.swapaxes(point.of_means + of_kinds.sum(axis=(-3, -2)), 1, 2)  # (B, M, n)
+    M = model.size
+    each = (np.broadcast_to(a[:, None], (len(a), M, *a.shape[1:])) for a in (d + point.gd / D, 1.0 / D))
+    return _interpolate(model, mode, log_p, *each)
+
+
+def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: Array) -> _Grid:
+    """Interpolates log marginals, (B, M, n), and deviations with their variances, (B, M, n, T, C), from the nodes."""
+    extended, closest = _build_spline()
+    log_p = log_p @ extended.T
+    mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
+    mass /= mass.sum(axis=-1, keepdims=True)
+    sds = np.sqrt(np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2))
+    scores = np.maximum(mode.z + sds[:, None] * _POINTS[:, None], _LEAST_SCORE)
+    mu = np.swapaxes(model.find_densities(scores)[0], 1, 2)
+    d, variance = (np.moveaxis(np.tensordot(closest, each, (1, 2)), 0, 2) for each in (d, variance))
+    return _Grid(mass, mu, d, variance)
+
+
+@cache
+def _build_spline() -> tuple[Array, Array]:
+    """Builds the matrices that interpolate values at the nodes to the points, (points, nodes).
+
+    The first continues along straight lines beyond the nodes, the second with constant values.
+    """
+    spline = scipy.interpolate.CubicSpline(_NODES, np.eye(len(_NODES)))
+    inside = np.clip(_POINTS, _NODES[0], _NODES[-1])
+    constant = spline(inside)
+    return constant + spline(inside, 1) * (_POINTS - inside)[:, None], constant
+
+
+def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals, is_quadratic: Mask) -> Normals:
+    """Builds the normals that have these means and SDs, (B, M), when restricted to positive densities.
+
+    The correlations after restriction are those of ``covariance``, (B, M, M). The bound of each density is taken for
+    a normal factor that gives its moments, as in expectation propagation (Minka 2001): exact for densities that do
+    not covary. The expansion replaces it for densities that covary if it is nearer: where the log likelihood is
+    quadratic, (B,), and where the bounds of two of them cut off both ends of what is left open.
+    """
+    unit = np.eye(mean.shape[1])
+    center, scale = find_untruncated(mean, sd)
+    sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    correlation = covariance / (sds[..., None] * sds[:, None])
+    # In units of the SDs after restriction.
+    inverse, rest = invert(correlation), (sd / scale) ** 2
+    precision = inverse + (rest - 1.0)[..., None] * unit
+    information = np.matvec(inverse, mean / sd) - mean / sd + center * sd / scale**2
+    is_cut, size = mean < _CUT * sd, np.abs(correlation - unit)
+    is_open = (is_cut[..., None] & is_cut[:, None] & (size > _RIDGE)).any(axis=(1, 2))
+    is_open |= is_quadratic & ((mean < _FREE * sd)[..., None] & (size > _RELATED)).any(axis=(1, 2))
+    is_open |= np.linalg.eigvalsh(precision)[:, 0] < _LEAST_PRECISION
+    matched = invert(np.where(is_open[:, None, None], unit, precision))
+    center = np.where(is_open[:, None], expansion.mean, sd * np.matvec(matched, information))
+    matched = sd[..., None] * matched * sd[:, None]
+    return Normals(center, np.where(is_open[:, None, None], expansion.covariance, matched))
