@@ -34,6 +34,10 @@ _REPEATED = re.compile(r'(?P<mark><!--="(?P<pattern>[^"]+)"-->)(?P<text>.*?)<!--
 _LEFT_OUT = "..."
 # What differs from run to run: days, and the time that a command took.
 _CHANGING = re.compile(r"\d{4}-\d{2}-\d{2}|(?<=written in )[\d.]+ s")
+# Another processor adds in another order, after which a sample may differ: numbers with decimals may differ by one in
+# their last digit, or by this fraction.
+_DECIMAL = re.compile(r"-?\d+\.(\d+)")
+_ROUNDING = 2e-3
 
 
 class Block(NamedTuple):
@@ -172,12 +176,25 @@ def _compare(shown: list[str], found: list[str]) -> float:
 
 
 def _quote(said: str, shown: str) -> str:
-    """Makes the text that is to stand on the page of an output; what is shown stays if only dates differ."""
+    """Makes the text that is to stand on the page of an output; what is shown stays if it is the same."""
     for folder in (os.getcwd(), str(ROOT)):  # noqa: PTH109, as commands print it
         said = said.replace(f"{folder}/", "")
     said = "".join(f"{line.rstrip()}\n" for line in said.rstrip().splitlines())
     said = leave_out(said, shown)
-    return shown if _CHANGING.sub("", said) == _CHANGING.sub("", shown) else said
+    return shown if is_same(said, shown) else said
+
+
+def is_same(one: str, other: str) -> bool:
+    """Says whether two outputs differ in days, times and the rounding of decimals alone."""
+    one, other = (" ".join(_CHANGING.sub("", text).split()) for text in (one, other))
+    if _DECIMAL.sub("", one) != _DECIMAL.sub("", other):
+        return False
+    pairs = zip(_DECIMAL.finditer(one), _DECIMAL.finditer(other), strict=True)
+    return all(
+        abs(float(first[0]) - float(second[0]))
+        <= max(1.01 * 10.0 ** -min(len(first[1]), len(second[1])), _ROUNDING * abs(float(first[0])))
+        for first, second in pairs
+    )
 
 
 def remake(text: str, folder: Path, minutes: bool, makers: Path | None = None) -> str:

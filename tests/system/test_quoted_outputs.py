@@ -7,7 +7,7 @@ import pytest
 from affordance.commands.catalogue import COMMANDS, load_command
 from affordance.commands.parser import OneLineParser
 from affordance.files.model_folder import import_study
-from docs.quoted_outputs import ROOT, leave_out, list_blocks, list_pages, remake, split_commands, split_words
+from docs.quoted_outputs import ROOT, is_same, leave_out, list_blocks, list_pages, remake, split_commands, split_words
 
 PAGES = {str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in list_pages()}
 # Pages that quote outputs; where all of them take minutes, only what prose repeats of them is compared.
@@ -131,6 +131,21 @@ def test_what_needs_makers_files_is_made_where_they_are(tmp_path):
 def test_only_the_day_may_differ(tmp_path):
     page = "```python\nprint('2026-11-29: 1')\n```\n\n```text\n2026-01-01: 1\n```\n"
     assert remake(page, tmp_path, minutes=False) == page
+
+
+@pytest.mark.parametrize(
+    ("other", "same"),
+    [
+        ("0.537 kg,  11 of 12", True),
+        ("0.538 kg, 11 of 12", True),
+        ("0.539 kg, 11 of 12", False),
+        ("0.537 kg, 12 of 12", False),
+        ("0.537 g, 11 of 12", False),
+        ("0.54 kg, 11 of 12", True),
+    ],
+)
+def test_last_digits_of_decimals_may_differ(other, same):
+    assert is_same("0.537 kg, 11 of 12", other) == same
 
 
 @pytest.mark.parametrize(
