@@ -34,7 +34,7 @@ _REPEATED = re.compile(r'(?P<mark><!--="(?P<pattern>[^"]+)"-->)(?P<text>.*?)<!--
 _LEFT_OUT = "..."
 # What differs from run to run: days, and the time that a command took.
 _CHANGING = re.compile(r"\d{4}-\d{2}-\d{2}|(?<=written in )[\d.]+ s")
-# Another processor adds in another order, after which a sample may differ: numbers with decimals may differ by one in
+# Another processor adds in another order, after which a sample may differ: numbers with decimals may differ by two in
 # their last digit, or by this fraction.
 _DECIMAL = re.compile(r"-?\d+\.(\d+)")
 _ROUNDING = 2e-3
@@ -192,7 +192,7 @@ def is_same(one: str, other: str) -> bool:
     pairs = zip(_DECIMAL.finditer(one), _DECIMAL.finditer(other), strict=True)
     return all(
         abs(float(first[0]) - float(second[0]))
-        <= max(1.01 * 10.0 ** -min(len(first[1]), len(second[1])), _ROUNDING * abs(float(first[0])))
+        <= max(2.01 * 10.0 ** -min(len(first[1]), len(second[1])), _ROUNDING * abs(float(first[0])))
         for first, second in pairs
     )
 

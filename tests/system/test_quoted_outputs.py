@@ -138,7 +138,7 @@ def test_only_the_day_may_differ(tmp_path):
     [
         ("0.537 kg,  11 of 12", True),
         ("0.538 kg, 11 of 12", True),
-        ("0.539 kg, 11 of 12", False),
+        ("0.540 kg, 11 of 12", False),
         ("0.537 kg, 12 of 12", False),
         ("0.537 g, 11 of 12", False),
         ("0.54 kg, 11 of 12", True),
