@@ -5,7 +5,7 @@
     y ~ N(t, s0^2 + (w t)^2),  t = tau_arm + A rho_k   mean torques of one hold of object k, [N m]
 
 The state keeps what was felt (``holds``), never a sum of approximations to it. Objects may therefore come in any
-order, move to another kind or be forgotten, and memories can be merged.
+order and be forgotten, and memories can be merged.
 
 Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
 computed on a grid: at each node Laplace's method integrates over all other scores and all delta (Tierney and Kadane
@@ -27,10 +27,11 @@ from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques
 from affordance.belief.normals import Normals, invert
 from affordance.belief.positive_normal import find_untruncated
 
-# Means of at least so many SDs are not affected by the restriction to positive densities; least correlation that
-# matters for the others. The same for two densities of which the bound cuts off both ends of what is left open. Least
-# precision of a normal distribution, in units of the SDs.
-_FREE, _RELATED, _CUT, _RIDGE, _LEAST_PRECISION = 6.0, 0.02, 2.1, 0.5, 1e-6
+# From so many SDs of mean the bound at zero is ignored; below this correlation two densities count as independent.
+_FREE, _RELATED = 6.0, 0.02
+# Two densities with means below so many SDs and a correlation above this one are a ridge, whose ends both bounds cut.
+_CUT, _RIDGE = 2.1, 0.5
+_LEAST_PRECISION = 1e-6  # of a normal distribution, in units of its SDs
 # Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
 # beyond the nodes it continues along straight lines.
 _NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)

@@ -16,9 +16,8 @@ its own.
 A further kind of a colour has a density N(ref, (s ref)^2), where ref = sqrt(mean^2 + variance) is the root mean
 square density of the colour's most populous kind. There is no absolute scale, so the odds do not change if all
 densities are scaled. Since the density of a new kind is unknown before the lift, its breadth is kappa times its
-posterior density under the hypothesis. The first kind of a colour
-has the prior of all materials. Once adopted, a new kind starts with an SD of s times its density; the first kind's SD
-is at least the prior's.
+posterior density under the hypothesis. The first kind of a colour has the prior of all materials. Once adopted, a new
+kind starts with an SD of s times its density; the first kind's SD is at least the prior's.
 
 kappa, the breadth of a category, acts only here. How far a lift moves a kind's mean depends on the scatter of objects
 within a material (``Prior.deviation``). The two parameters do not belong to one generative model.

@@ -102,7 +102,7 @@ class Learner(ABC):
 
     @property
     def is_exact(self) -> bool:
-        """True if the belief is the posterior given all holds, whose objects belong to known kinds."""
+        """True if all objects of a colour are of one kind, so that the belief is the posterior given all holds."""
         return False
 
     def change(self, **parameters: Any) -> Self:

@@ -61,16 +61,6 @@ class Likelihood(NamedTuple):
         information_vector = np.matvec(St, self.information_vector)
         return self._replace(precision=St @ self.precision @ S, information_vector=information_vector)
 
-    def add(self, other: "Likelihood") -> "Likelihood":
-        """Returns the joint likelihood of two independent data sets."""
-        return Likelihood(
-            self.precision + other.precision,
-            self.information_vector + other.information_vector,
-            self.log_constant + other.log_constant,
-            self.log_peak + other.log_peak,
-            self.num_values + other.num_values,
-        )
-
 
 @dataclass(frozen=True)
 class Quadratic:

@@ -88,8 +88,8 @@ def test_heavier_arm_is_heavier_in_every_body_and_the_tool_is_not(runner, weight
 
 
 def test_late_torque_is_that_of_the_sample_before(weight):
-    """Torques of a drop, felt without error and two samples late, are those of two samples before to 1e-6 N m."""
-    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1e-9))
+    """Torques of a drop, felt with the least error and two samples late, are those of two samples before to 6 SDs."""
+    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1e-6))
     seen = {}
     for delay in (0, 2):
         runner = TrialRunner(dataclasses.replace(settings, faults=Faults(delay_samples=delay)))
@@ -110,7 +110,7 @@ def test_late_torque_is_that_of_the_sample_before(weight):
         estimator._noise = original
         assert record.samples.missing == delay
     assert np.ptp(seen[0], axis=0).max() > 0.5
-    np.testing.assert_allclose(seen[2], seen[0][:-2], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(seen[2], seen[0][:-2], rtol=0, atol=6e-6)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -105,8 +105,8 @@ def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: t
 def compute_probabilities(choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]) -> Array:
     """Computes each belief's probability that an option costs the least work, (memories, options).
 
-    It is the probability with which ``choose_by_sample`` chooses the option. The probability that no option can be
-    used is divided equally.
+    It is the probability with which ``choose_by_sample`` chooses the option, except that the probability that no
+    option can be used is divided equally.
     """
     found = []
     for trial, memory in enumerate(memories):
