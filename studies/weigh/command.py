@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.commands.arguments import add_jobs, add_out, add_repeats, add_seed
 from affordance.extensions.payload.weighing.poses import read_poses
-from affordance.extensions.payload.weighing.weigh import GRAVITY, weigh
+from affordance.extensions.payload.weighing.weigh import weigh
+from affordance.extensions.payload.weighing.wrench_model import GRAVITY
 from studies.study import Findings, Study, Work, format_table, run_kept
 from studies.weigh.simulated import SimulatedPoses, simulate_poses
 

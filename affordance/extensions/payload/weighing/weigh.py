@@ -1,9 +1,6 @@
 """Mass and centre of mass of what a force-torque sensor bears, from poses at rest, without a robot's file.
 
-    f = m g_S + offset + error,    t = c x m g_S + offset + error,    g_S gravity in the sensor's axes
-
-Forces and torques are two linear regressions, each with an unknown error variance. A gain of each axis multiplies
-what the load causes. Axes of the wrench, its sign and the sense of the orientations are chosen by evidence.
+Axes of the wrench, its sign and the sense of the orientations are chosen by evidence.
 """
 
 from collections.abc import Sequence
@@ -13,105 +10,38 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.extensions.payload.settings import PRIORS, SignalKind
-from affordance.extensions.payload.weighing.bayes import Regression, regress
+from affordance.extensions.payload.weighing.bayes import Regression
 from affordance.extensions.payload.weighing.poses import WRENCH, Poses
+from affordance.extensions.payload.weighing.weigh_doubts import DOUBTED, find_doubts
+from affordance.extensions.payload.weighing.wrench_model import (
+    GRAVITY,
+    Interpretation,
+    WrenchModel,
+    build_model,
+    compute_residual,
+    sum_evidence,
+)
 
-GRAVITY = 9.81  # [m/s^2]; it varies by a quarter of a per cent over the Earth
 _NUM_SAMPLES = 20_000
-# Prior SDs of weight and offsets, relative to the wrench, and of the centre of mass along each axis, [m].
-_BROAD, _REACH = 10.0, 0.5
-_LEAST_SIZE = 1e-3  # least size of a wrench and of a mass in these priors, [N], [N m], [kg]
-# Relative SDs of the axes' gains, equally probable, about that of a wrist sensor in the settings, and of a factor
-# common to all axes.
-_SPREADS = PRIORS[SignalKind.WRENCH].scale_own_sd * np.array([0.1, 0.3, 1.0, 2.0, 4.0])
-_COMMON_SD = PRIORS[SignalKind.WRENCH].scale_common_sd
-# Odds above which one reading of the table is taken, and odds of a doubt.
-_TAKEN, _DOUBTED = np.log(20.0), np.log(100.0)
-_INVERTED = -np.log(10.0)  # prior odds that the orientations are those of the base in the sensor
-# SDs of what is doubted: errors of the axes, relative to the load, and share of the last pose that is left.
-_TURNED_SD, _LAG_SD = 0.3, 0.3
-_ANGLE = 3.0  # angle between sensor and orientations from which axes count as turned, [deg]
-_UNEXPLAINED, _LENGTH_SPREAD = 0.5, 0.03
+_COMMON_SD = PRIORS[SignalKind.WRENCH].scale_common_sd  # relative SD of a factor common to all axes
+_TAKEN = float(np.log(20.0))  # log odds above which the axes of the wrench are certain
+_INVERTED = -float(np.log(10.0))  # prior log odds that the orientations are those of the base in the sensor
 _SEEN_MASS, _SEEN_CENTRE = 0.4, 0.1  # largest SDs of what is seen: relative, as for identify, and [m]
+_LIGHT = 0.1  # mass below which little or nothing is borne, [kg]
 _HELPS = 0.95  # a next pose that leaves a larger share of all SDs is not worth it
 
 
-class Interpretation(NamedTuple):
-    """Way to read the table.
-
-    Attributes:
-        axes: Axes of the wrench, "sensor" or "base".
-        is_inverted: True if the orientations are those of the base in the sensor's axes.
-    """
-
-    axes: str = "sensor"
-    is_inverted: bool = False
-
-    def apply(self, poses: Poses, down_B: Array) -> tuple[Array, Array]:
-        """Returns gravity, (N, 3), [m/s^2], and the wrench, (N, 6), both in the sensor's axes."""
-        if poses.R_BS is None:
-            return GRAVITY * poses.down_S, poses.wrench
-        R_BS = poses.R_BS.transpose(0, 2, 1) if self.is_inverted else poses.R_BS
-        wrench = poses.wrench.reshape(-1, 2, 3)
-        turned = wrench @ R_BS if self.axes == "base" else wrench
-        return GRAVITY * (down_B @ R_BS), turned.reshape(-1, 6)
-
-
-class _Model(NamedTuple):
-    """Columns of force and torque on mass or first moment, the axes' gains, and offsets; gains follow a first fit."""
-
-    columns: tuple[Array, Array]  # shapes (3 N, 7) and (3 N, 9)
-    signals: tuple[Array, Array]  # (3 N,) each
-    sds: tuple[Array, Array]  # prior SDs for each spread of the gains, shapes (S, 7) and (S, 9)
-    loads: tuple[Array, Array]  # what the load causes according to the first fit, (N, 3) each
-
-    def fit(self, extra: Sequence[tuple[Array, Array]] = ((), ())) -> tuple[Regression, Regression]:
-        """Fits forces and torques, each with further columns and their SDs."""
-        fits = []
-        for X, y, sds, more in zip(self.columns, self.signals, self.sds, extra, strict=True):
-            if more:
-                X, sds = np.column_stack([X, more[0]]), np.column_stack([sds, np.tile(more[1], (len(sds), 1))])
-            fits.append(regress(X, y, sds))
-        return fits[0], fits[1]
-
-
-def _build_model(gravity: Array, wrench: Array) -> _Model:
-    offset = np.tile(np.eye(3), (len(gravity), 1))
-    basis = np.stack([np.cross(axis, gravity) for axis in np.eye(3)], axis=2).reshape(-1, 3)
-    signals = wrench[:, :3].ravel(), wrench[:, 3:].ravel()
-    columns, sds, loads = [], [], []
-    mass = 0.0
-    for kind, (of_load, y) in enumerate(zip((gravity.reshape(-1, 1), basis), signals, strict=True)):
-        first = np.column_stack([of_load, offset])
-        broad = _BROAD * max(float(np.sqrt((y**2).mean())), _LEAST_SIZE)
-        few = np.full(of_load.shape[1], _REACH * max(abs(mass), _LEAST_SIZE) if kind else broad / GRAVITY)
-        offset_sds = np.full(3, broad)
-        solution = regress(first, y, np.concatenate([few, offset_sds])[None]).mean
-        load = of_load @ solution[: of_load.shape[1]]
-        mass = solution[0]
-        gains = load[:, None] * offset
-        columns.append(np.column_stack([of_load, gains, offset]))
-        sds.append(np.array([[*few, *[spread] * 3, *offset_sds] for spread in _SPREADS]))
-        loads.append(load.reshape(-1, 3))
-    return _Model((columns[0], columns[1]), signals, (sds[0], sds[1]), (loads[0], loads[1]))
-
-
-def _sum_evidence(fits: tuple[Regression, Regression]) -> float:
-    return fits[0].log_evidence + fits[1].log_evidence
-
-
 class Weighing(NamedTuple):
-    """What a sensor bears: samples of the posterior, how the table was read, and reasons for doubt."""
+    """What a force-torque sensor bears: posterior, how the table was read, doubts."""
 
-    source: str
     poses: Poses
     axes: str  # axes of the wrench, "sensor" or "base"
     force_on: str  # what the wrench acts on, "robot" or "object"
     samples: Array  # mass, centre of mass, offsets of force and torque, shape (S, 10), [kg], [m], [N], [N m]
     residual: Array  # root mean square residual of each axis, shape (6,), [N], [N m]
-    doubts: tuple[str, ...]
-    notes: tuple[str, ...]
     next_pose: str  # sentence about the pose to measure next
+    doubts: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def mass(self) -> float:
@@ -140,9 +70,15 @@ class Weighing(NamedTuple):
         return np.quantile(self.samples, [0.25, 0.75, 0.05, 0.95], axis=0).T
 
     @property
+    def is_light(self) -> bool:
+        """True if little or nothing is borne: the mass is known to be small, but not how small."""
+        is_small = self.intervals[0, 3] < _LIGHT and self.residual[:3].max() < _LIGHT * GRAVITY
+        return bool(is_small and self.sd[0] > _SEEN_MASS * self.mass)
+
+    @property
     def shows_mass(self) -> bool:
-        """True if the poses show the mass."""
-        return bool(self.sd[0] <= _SEEN_MASS * self.mass)
+        """True if the poses show the mass, or that it is little or nothing."""
+        return self.is_light or bool(self.sd[0] <= _SEEN_MASS * self.mass)
 
     @property
     def is_trusted(self) -> bool:
@@ -161,7 +97,7 @@ class Weighing(NamedTuple):
         return {
             "trusted": self.is_trusted,
             "doubts": list(self.doubts),
-            "source": self.source,
+            "source": self.poses.source,
             "analysis": "force-torque sensor at rest",
             "frame": "sensor",
             "mass_kg": self.mass,
@@ -185,6 +121,7 @@ class Weighing(NamedTuple):
             "wrench_axes": self.axes,
             "force_on": self.force_on,
             "found": list(self.notes),
+            "rows_left_out": self.poses.num_left_out,
             "mass_seen": self.shows_mass,
             "not_seen": list(self.unseen),
             "next_pose": self.next_pose,
@@ -207,48 +144,35 @@ def weigh(
     ways = [Interpretation()]
     if poses.R_BS is not None:
         ways = [Interpretation(each, inverse) for each in ("sensor", "base") for inverse in (False, True)]
-    models = [_build_model(*way.apply(poses, down)) for way in ways]
+    models = [build_model(*way.apply(poses, down)) for way in ways]
     fits = [model.fit() for model in models]
-    odds = np.array([_sum_evidence(fit) + way.is_inverted * _INVERTED for way, fit in zip(ways, fits, strict=True)])
+    odds = np.array([sum_evidence(fit) + way.is_inverted * _INVERTED for way, fit in zip(ways, fits, strict=True)])
     allowed = np.array([not axes or way.axes == axes for way in ways])
     best = int(np.argmax(np.where(allowed, odds, -np.inf)))
     way, model, (forces, torques) = ways[best], models[best], fits[best]
-    doubts, notes = _compare_ways(ways, odds, best, axes)
-    sign = 1.0 if forces.mean[0] >= 0.0 else -1.0
-    found = "robot" if sign > 0.0 else "object"
-    if force_on and force_on != found:
-        doubts.append(
-            f"the wrench acts on the {found}, not on the {force_on}: it, or gravity, has another sign than was said"
-        )
-    doubts += _find_doubts(poses, model, (forces, torques))
     rng = np.random.default_rng(seed)
     of_force, of_torque = forces.draw(_NUM_SAMPLES, rng), torques.draw(_NUM_SAMPLES, rng)
+    sign = 1.0 if forces.mean[0] >= 0.0 else -1.0
     possible = sign * of_force[:, 0] > 0.0
     of_force, of_torque = of_force[possible], of_torque[possible]
     common = 1.0 + _COMMON_SD * rng.standard_normal(len(of_force))
     centres = of_torque[:, :3] / of_force[:, :1]
-    offsets = of_force[:, 4:], of_torque[:, 6:]
-    samples = np.column_stack([sign * of_force[:, 0] * common, centres, *offsets])
-    residual = _compute_residual(model, (forces, torques))
-    if poses.num_left_out:
-        notes.append(f"{poses.num_left_out} rows between the poses are left out")
-    return Weighing(
-        poses.source,
+    weighing = Weighing(
         poses,
         way.axes,
-        found,
-        samples,
-        np.sqrt((residual**2).mean(axis=0)),
-        tuple(doubts),
-        tuple(notes),
+        "robot" if sign > 0.0 else "object",
+        np.column_stack([sign * of_force[:, 0] * common, centres, of_force[:, 4:], of_torque[:, 6:]]),
+        np.sqrt((compute_residual(model, (forces, torques)) ** 2).mean(axis=0)),
         _advise(model, forces, torques),
     )
-
-
-def _compute_residual(model: _Model, fits: tuple[Regression, Regression]) -> Array:
-    """Computes what mass, first moment, gains and offsets leave, shape (N, 6)."""
-    parts = [(y - X @ fit.mean).reshape(-1, 3) for X, y, fit in zip(model.columns, model.signals, fits, strict=True)]
-    return np.concatenate(parts, axis=1)
+    if weighing.is_light:
+        return weighing
+    doubts, notes = _compare_ways(ways, odds, best, axes)
+    if force_on and force_on != weighing.force_on:
+        seems = f"the wrench seems to act on the {weighing.force_on}, not on the {force_on}"
+        doubts.append(f"{seems}: it, or gravity, has the opposite sign")
+    doubts += find_doubts(poses, model, (forces, torques))
+    return weighing._replace(doubts=tuple(doubts), notes=tuple(notes))
 
 
 def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: str) -> tuple[list[str], list[str]]:
@@ -263,78 +187,18 @@ def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: 
         doubts.append(
             f"the poses do not show whether the wrench is in the axes of the sensor or the base (--axes {other})"
         )
-    elif axes and behind < -_DOUBTED:
+    elif axes and behind < -DOUBTED:
         doubts.append(f"the wrench seems to be in the {other}'s axes, not in the {axes}'s")
     inverted = max(odd for each, odd in zip(ways, odds, strict=True) if each.is_inverted != way.is_inverted)
     if way.axes == "base":
         notes.append("the wrench is in the base's axes; it was turned into the sensor's")
     if way.is_inverted:
         said = "the orientations are those of the base in the sensor's axes"
-        (notes if odds[best] - inverted > _DOUBTED else doubts).append(f"{said}, not of the sensor in the base's")
+        (notes if odds[best] - inverted > DOUBTED else doubts).append(f"{said}, not of the sensor in the base's")
     return doubts, notes
 
 
-def _find_doubts(poses: Poses, model: _Model, fits: tuple[Regression, Regression]) -> list[str]:
-    """Finds what explains the wrenches much better than a load, gains and offsets; a sentence each."""
-    doubts, plain, num = [], _sum_evidence(fits), len(poses.counts)
-    for name, y, left in zip(
-        ("forces", "torques"), model.signals, np.split(_compute_residual(model, fits), 2, axis=1), strict=True
-    ):
-        whole = y.reshape(-1, 3) - y.reshape(-1, 3).mean(axis=0)
-        share = float((left**2).sum() / max((whole**2).sum(), np.finfo(float).tiny))
-        if share > _UNEXPLAINED and name == "forces":
-            doubts.append(f"the load leaves {100.0 * share:.0f} % of the {name} unexplained")
-    sizes = [max(float(np.sqrt((load**2).mean())), 1e-6) for load in model.loads]
-    offset = np.tile(np.eye(3), (num, 1)).reshape(num, 3, 3)
-
-    def vary(course: Array) -> float:
-        """Returns the log evidence of offsets that follow a course, (N,)."""
-        column = (course[:, None, None] * offset).reshape(-1, 3)
-        return _sum_evidence(model.fit([(column, np.full(3, size)) for size in sizes]))
-
-    of_steps = np.array([vary((np.arange(num) >= k).astype(float)) for k in range(2, num - 1)])
-    drift = vary(np.linspace(-1.0, 1.0, num)) - plain
-    step = float(np.log(np.exp(of_steps - of_steps.max()).mean()) + of_steps.max()) - plain
-    before = [np.concatenate([load[:1], load[:-1]]) - load for load in model.loads]
-    lag = _sum_evidence(model.fit([(each.reshape(-1, 1), np.array([_LAG_SD])) for each in before])) - plain
-    turned_columns = [
-        np.einsum("nl,kj->njkl", load, np.eye(3)).reshape(-1, 9) for load in model.loads
-    ]  # errors of nine entries of a matrix that should be the identity
-    turned_fits = model.fit([(each, np.full(9, _TURNED_SD)) for each in turned_columns])
-    turned = _sum_evidence(turned_fits) - plain
-    found = max((step, "step"), (drift, "drift"), (lag, "lag"), (turned, "turned"))
-    if found[0] > _DOUBTED:
-        if found[1] == "step":
-            k = int(of_steps.argmax()) + 2
-            doubts.append(f"the offsets change before pose {k + 1}: the sensor was zeroed or struck half-way")
-        elif found[1] == "drift":
-            doubts.append("the offsets drift from pose to pose: let the sensor warm up, or zero it more often")
-        elif found[1] == "lag":
-            doubts.append("the wrench still shows the pose before: it is filtered; wait longer in each pose")
-        else:
-            M = np.eye(3) + turned_fits[0].mean[7:].reshape(3, 3)
-            doubts.append(_describe_axes(M, turned_fits[0].mean[0], turned_fits[0].mean[1:4]))
-    if len(poses.lengths) and np.ptp(poses.lengths) > _LENGTH_SPREAD * poses.lengths.mean():
-        share = 100.0 * np.ptp(poses.lengths) / poses.lengths.mean()
-        doubts.append(f"the accelerometer's readings differ in length by {share:.0f} %: it has offsets, or it moved")
-    return doubts
-
-
-def _describe_axes(M: Array, mass: float, gains: Array) -> str:
-    """Describes forces that are M, (3, 3), times those of the load: turned or stretched."""
-    U, _, Vt = np.linalg.svd(M)
-    turn = U @ Vt
-    angle = float(np.degrees(np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0))))
-    if angle > _ANGLE:
-        axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-        shown = ", ".join(f"{value:.1f}" for value in axis / max(np.linalg.norm(axis), 1e-9))
-        return f"the sensor's axes are turned by about {angle:.0f} deg about ({shown}) against the orientations"
-    masses = np.abs(mass * (np.diagonal(M) + gains))
-    shown = ", ".join(f"{name} {each:.3g}" for name, each in zip("xyz", masses, strict=True))
-    return f"the axes disagree about the mass: {shown} kg"
-
-
-def _advise(model: _Model, forces: Regression, torques: Regression) -> str:
+def _advise(model: WrenchModel, forces: Regression, torques: Regression) -> str:
     """Finds the direction of gravity that would narrow mass and centre of mass most, in words."""
     cells = [int(np.argmax(fit.weights)) for fit in (forces, torques)]
     mass, moment = forces.mean[0], torques.mean[:3]
