@@ -93,7 +93,8 @@ def _simulate(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]
 
 def tabulate(run: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     """Tabulates coverage by noise, number of poses and form, prints it, and returns the numbers."""
-    level, numbers = run["level"], {"tables": len(run["level"])}
+    level = run["level"]
+    numbers: dict[str, Any] = {"tables": len(level)}
     numbers |= {name: float(run[name].mean()) for name in ("read_right", "doubted")}
     rows = []
     factors = {"all": np.zeros(len(level)), "form": level[:, 0], "noise_n": level[:, 1], "poses": level[:, 2]}

@@ -87,6 +87,7 @@ def declare_weigh(parser: argparse.ArgumentParser) -> None:
     add("--force-on", choices=("robot", "object"), default="", help=what)
     what = "direction in which gravity pulls, in the base's axes (default 0 0 -1)"
     add("--gravity", type=float, nargs=3, default=[0.0, 0.0, -1.0], metavar=("X", "Y", "Z"), help=what)
+    add("--frame", default="sensor", metavar="NAME", help="name of the sensor's frame, for files (default sensor)")
     add_answer(parser, "weighing.json and .txt")
     _add_write(parser)
     add_seed(parser)
@@ -112,8 +113,8 @@ def declare_feed_forward(parser: argparse.ArgumentParser) -> None:
     what = "JSON of identify or weigh, or YAML with mass, com, inertia and frame (default: none)"
     add("--payload", type=Path, metavar="FILE", help=what)
     add("--posture", type=float, nargs="+", metavar="RAD", help="angle of each joint, rad (required)")
-    what = "relative SD of the mass and centre of each link in the robot's file (default 0.05)"
-    add("--link-error", type=float, default=0.05, metavar="SD", help=what)
+    what = "relative SD of the weight of each link in the robot's file (default 0.1)"
+    add("--link-error", type=float, default=0.1, metavar="SD", help=what)
     what = "direction in which gravity pulls, in the base's axes (default 0 0 -1)"
     add("--gravity", type=float, nargs=3, default=[0.0, 0.0, -1.0], metavar=("X", "Y", "Z"), help=what)
     add_json(parser)

@@ -40,12 +40,12 @@ def run(arguments: argparse.Namespace) -> int:
     width = find_width()
     text = "\n".join(part for line in describe(weighing) for part in break_line(line, width))
     content = weighing.to_dict()
-    content["answer"] = text.partition("\n")[0]
+    content |= {"frame": arguments.frame, "answer": text.partition("\n")[0]}
     is_used = weighing.is_trusted and weighing.shows_mass
     if arguments.write is not None and is_used:
         bodies = spread_moments(weighing.parameters, np.random.default_rng(arguments.seed))
         note = "moments of inertia are not measured: those of a ball"
-        content["written"] = write_payload(arguments.write, bodies, "sensor", note=note, draws=arguments.draws)
+        content["written"] = write_payload(arguments.write, bodies, arguments.frame, note=note, draws=arguments.draws)
     give_answer(arguments, "weighing", text, content)
     return 0 if is_used else 3
 
@@ -61,7 +61,7 @@ def describe(weighing: Weighing) -> Iterator[str]:
         centre = ", ".join(format_known(1e3 * x, 1e3 * s) for x, s in zip(means[1:4], sd[1:4], strict=True))
         where = f"centre of mass ({centre}) +- {1e3 * sd[1:4].max():.2g} mm in the sensor's axes"
         yield f"{format_known(means[0], sd[0])} kg +- {1e3 * sd[0]:.2g} g, {where}: {trust}"
-    rows = f"{len(poses.counts)} poses of {int(np.median(poses.counts))} rows"
+    rows = f"{len(poses.counts)} poses, {int(poses.counts.sum())} rows"
     acts = f"acts on the {weighing.force_on}" if not weighing.is_light else "shows no weight"
     yield f"{poses.source}: {rows}, {poses.form}; the wrench is in the {weighing.axes}'s axes and {acts}"
     if weighing.doubts:
@@ -70,7 +70,7 @@ def describe(weighing: Weighing) -> Iterator[str]:
     else:
         yield "No reason to distrust the result was found."
     yield ""
-    table = [("", "mean", "SD", "50 % interval", "", "90 % interval", "", "")]
+    table: list[tuple[str, ...]] = [("", "mean", "SD", "50 % interval", "", "90 % interval", "", "")]
     for name, unit, mean, spread, each in zip(_NAMES, _UNITS, means, sd, ends, strict=True):
         table.append((name, *(f"{x:.4f}" for x in (mean, spread, *each)), unit))
     yield from tabulate(table, right=range(1, 7))

@@ -123,7 +123,7 @@ def format_body(body: Body, suffix: str, frame: str, note: str) -> str:
         return json.dumps(content, indent=2) + "\n"
     xx, yy, zz, xy, xz, yz = (repr(each) for each in entries)
     # "--" may not stand in a comment of XML, and a stranger's name may contain it.
-    comment = f"<!-- {show_text(note).replace('-', '‐')} -->"
+    comment = f"<!-- {show_text(note).replace('--', '- - ')} -->"
     if suffix == ".xml":
         return (
             f'<mujoco model="payload">\n  {comment}\n  <compiler balanceinertia="false"/>\n  <worldbody>\n'

@@ -54,7 +54,7 @@ def regress(X: Array, y: Array, sds: Array) -> Regression:
     size = np.sqrt(y @ y / len(y)) + np.finfo(float).tiny
     solution, _, rank, _ = np.linalg.lstsq(X, y, rcond=1e-9)
     left = y - X @ solution
-    typical = np.sqrt(left @ left / max(len(y) - rank, 1))
+    typical = np.sqrt(left @ left / max(len(y) - int(rank), 1))
     relative = np.maximum(typical * _RELATIVE, _LEAST * size)
     sigmas, sds = np.tile(relative, len(sds)), np.repeat(sds, len(_RELATIVE), axis=0)
     # In units of the prior SDs, so that rounding matters little where data show nothing.

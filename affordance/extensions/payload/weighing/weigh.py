@@ -16,7 +16,6 @@ from affordance.extensions.payload.weighing.weigh_doubts import DOUBTED, find_do
 from affordance.extensions.payload.weighing.wrench_model import (
     GRAVITY,
     Interpretation,
-    WrenchModel,
     build_model,
     compute_residual,
     sum_evidence,
@@ -39,7 +38,7 @@ class Weighing(NamedTuple):
     force_on: str  # what the wrench acts on, "robot" or "object"
     samples: Array  # mass, centre of mass, offsets of force and torque, shape (S, 10), [kg], [m], [N], [N m]
     residual: Array  # root mean square residual of each axis, shape (6,), [N], [N m]
-    next_pose: str  # sentence about the pose to measure next
+    next_pose: str = ""  # sentence about the pose to measure next
     doubts: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -99,7 +98,6 @@ class Weighing(NamedTuple):
             "doubts": list(self.doubts),
             "source": self.poses.source,
             "analysis": "force-torque sensor at rest",
-            "frame": "sensor",
             "mass_kg": self.mass,
             "mass_sd_kg": self.sd[0],
             "mass_interval50": ends[0, :2],
@@ -163,8 +161,8 @@ def weigh(
         "robot" if sign > 0.0 else "object",
         np.column_stack([sign * of_force[:, 0] * common, centres, of_force[:, 4:], of_torque[:, 6:]]),
         np.sqrt((compute_residual(model, (forces, torques)) ** 2).mean(axis=0)),
-        _advise(model, forces, torques),
     )
+    weighing = weighing._replace(next_pose=_advise(weighing, forces, torques))
     if weighing.is_light:
         return weighing
     doubts, notes = _compare_ways(ways, odds, best, axes)
@@ -198,7 +196,7 @@ def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: 
     return doubts, notes
 
 
-def _advise(model: WrenchModel, forces: Regression, torques: Regression) -> str:
+def _advise(weighing: Weighing, forces: Regression, torques: Regression) -> str:
     """Finds the direction of gravity that would narrow mass and centre of mass most, in words."""
     cells = [int(np.argmax(fit.weights)) for fit in (forces, torques)]
     mass, moment = forces.mean[0], torques.mean[:3]
@@ -229,8 +227,12 @@ def _advise(model: WrenchModel, forces: Regression, torques: Regression) -> str:
         return "no single further pose narrows mass or centre of mass by more than 5 %"
     signs = [f"{'+' if value > 0 else '-'}{name}" for name, value in zip("xyz", downs[best], strict=True) if value]
     along = signs[0] if len(signs) == 1 else f"halfway between {' and '.join(signs)}"
-    (mass_before, centre_before), (mass_after, centre_after) = before, after[best]
+    # The cells are typical ones; the SDs are those of all cells together.
+    mass_before, centre_before = 1e3 * weighing.sd[0], 1e3 * weighing.sd[1:4].max()
+    mass_after, centre_after = (
+        old * new / was for old, new, was in zip((mass_before, centre_before), after[best], before, strict=True)
+    )
     return (
-        f"with gravity along {along} of the sensor: SD of the mass {1e3 * mass_before:.2g} to {1e3 * mass_after:.2g} "
-        f"g, of the centre of mass {1e3 * centre_before:.2g} to {1e3 * centre_after:.2g} mm"
+        f"with gravity along {along} of the sensor: SD of the mass {mass_before:.2g} to {mass_after:.2g} "
+        f"g, of the centre of mass {centre_before:.2g} to {centre_after:.2g} mm"
     )

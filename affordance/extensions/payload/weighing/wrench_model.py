@@ -53,12 +53,13 @@ class WrenchModel(NamedTuple):
     sds: tuple[Array, Array]  # prior SDs for each spread of the gains, shapes (S, 7) and (S, 9)
     loads: tuple[Array, Array]  # what the load causes according to the first fit, (N, 3) each
 
-    def fit(self, extra: Sequence[tuple[Array, Array]] = ((), ())) -> tuple[Regression, Regression]:
+    def fit(self, extra: Sequence[tuple[Array, Array]] = ()) -> tuple[Regression, Regression]:
         """Fits forces and torques, each with further columns and their SDs."""
         fits = []
-        for X, y, sds, more in zip(self.columns, self.signals, self.sds, extra, strict=True):
-            if more:
-                X, sds = np.column_stack([X, more[0]]), np.column_stack([sds, np.tile(more[1], (len(sds), 1))])
+        for kind, (X, y, sds) in enumerate(zip(self.columns, self.signals, self.sds, strict=True)):
+            if extra:
+                more, more_sds = extra[kind]
+                X, sds = np.column_stack([X, more]), np.column_stack([sds, np.tile(more_sds, (len(sds), 1))])
             fits.append(regress(X, y, sds))
         return fits[0], fits[1]
 
