@@ -37,10 +37,10 @@ def run(arguments: argparse.Namespace) -> int:
         down_B=arguments.gravity,
         seed=arguments.seed,
     )
-    width = find_width()
-    text = "\n".join(part for line in describe(weighing) for part in break_line(line, width))
+    lines, width = list(describe(weighing)), find_width()
+    text = "\n".join(part for line in lines for part in break_line(line, width))
     content = weighing.to_dict()
-    content |= {"frame": arguments.frame, "answer": text.partition("\n")[0]}
+    content |= {"frame": arguments.frame, "answer": lines[0]}
     is_used = weighing.is_trusted and weighing.shows_mass
     if arguments.write is not None and is_used:
         bodies = spread_moments(weighing.parameters, np.random.default_rng(arguments.seed))
