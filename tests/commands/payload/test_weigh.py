@@ -66,11 +66,7 @@ def test_what_is_not_trusted_has_status_3_and_writes_no_link(table, tmp_path):
 )
 def test_bad_input_is_refused_in_a_line(table, tmp_path, words, said):
     simulate_poses(0, 4).write(tmp_path / "down.csv")
-    assert (
-        refuse_command("weigh", *words.split())
-        .replace("affordance: ", "affordance weigh: ")
-        .startswith(f"affordance {said}")
-    )
+    assert said in refuse_command("weigh", *words.split())
 
 
 def test_neither_drake_nor_pandas_nor_scipy_is_imported(table, children, tmp_path):
