@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.commands.arguments import add_jobs, add_out, add_repeats, add_seed
-from affordance.extensions.payload.weighing.poses import read_poses
+from affordance.extensions.payload.weighing.poses import FORMS, read_poses
 from affordance.extensions.payload.weighing.weigh import weigh
 from affordance.extensions.payload.weighing.wrench_model import GRAVITY
 from studies.study import Findings, Study, Work, format_table, run_kept
 from studies.weigh.simulated import SimulatedPoses, simulate_poses
 
+_FORM_NAMES = tuple(FORMS)
 _GROUPS = {"mass": slice(0, 1), "centre of mass": slice(1, 4)}
 
 
@@ -54,7 +55,7 @@ def run_table(config: WeighConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
     plain, plain_sd, freedom = solve_least_squares(simulated, poses.wrench, poses.down_S)
     held = [np.abs(truth - plain) <= scipy.special.stdtrit(freedom, p) * plain_sd for p in (0.75, 0.95)]
     return {
-        "level": np.array([repeat % 6, simulated.noise, simulated.num, simulated.axes == "base"]),
+        "level": np.array([repeat % len(FORMS), simulated.noise, simulated.num, simulated.axes == "base"]),
         "error": mean - truth,
         "sd": weighing.sd[:4],
         "held": np.array([(ends[:, a] <= truth) & (truth <= ends[:, a + 1]) for a in (0, 2)]),
@@ -88,7 +89,7 @@ def solve_least_squares(simulated: SimulatedPoses, wrench: Array, down_S: Array)
 def _simulate(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
     config = WeighConfig(arguments.seed)
     run = run_kept(config, run_table, folder, [], repeats=arguments.repeats, jobs=arguments.jobs, description="weigh")
-    yield Findings(tabulate(run))
+    yield Findings(tabulate(run) | {"repeats": arguments.repeats, "seed": arguments.seed})
 
 
 def tabulate(run: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
@@ -102,7 +103,8 @@ def tabulate(run: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     for factor, values in factors.items():
         for value in np.unique(values):
             chosen = values == value
-            name = factor if factor == "all" else f"{factor} {value:g}"
+            shown = _FORM_NAMES[int(value)] if factor == "form" else f"{value:g}"
+            name = factor if factor == "all" else f"{factor} {shown}"
             cells: dict[str, Any] = {"tables": int(chosen.sum())}
             for group, part in _GROUPS.items():
                 for kind in ("held", "plain_held"):
