@@ -1,4 +1,4 @@
-"""``affordance study weigh``: coverage of the intervals of ``affordance weigh``, with least squares beside them."""
+"""``affordance study weigh``: coverage of the intervals of ``affordance weigh`` and of least squares."""
 
 import argparse
 import tempfile

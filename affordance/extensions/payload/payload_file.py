@@ -63,7 +63,7 @@ def check_target(path: Path | None, draws: int) -> None:
     """Checks the options ``--write`` and ``--draws``.
 
     Raises:
-        BadValueError: The suffix is none that is written, or the number of draws is out of bounds.
+        BadValueError: No format has the suffix, or the number of draws is out of bounds.
     """
     if path is None and draws:
         raise BadValueError("--draws", "", f"is {draws}, must be given with --write FILE")
