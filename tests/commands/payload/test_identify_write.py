@@ -28,7 +28,7 @@ def test_the_posterior_mean_and_draws_are_written(folder):
 
 def test_a_claimed_payload_in_another_frame_is_refused(folder):
     (folder / "set.yaml").write_text("mass: 0.5\nframe: tool0\n")
-    said = refuse_command("identify", "--demo", "--samples", 500, "--claimed", "set.yaml")
+    said = answer("identify", "--demo", "--samples", 500, "--claimed", "set.yaml", status=2).err.strip()
     assert said.endswith(
         "set.yaml: frame: is 'tool0', must be that of the flange, hand_grip (--flange names another)"
     )
