@@ -100,6 +100,21 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
             "--demo",
             "payload",
         ),
+        "weigh": Entry(
+            "weigh what a force-torque sensor bears, from a few poses and without a robot's file",
+            "poses.csv",
+            "payload",
+        ),
+        "compare-payloads": Entry(
+            "compare two payloads: of identify, of weigh, or of a data sheet; is it the same body?",
+            "belief.json sheet.yaml",
+            "payload",
+        ),
+        "feed-forward": Entry(
+            "compute the torques of gravity on each joint of a robot that holds a payload, with their errors",
+            "--payload belief.json --posture 0 0.5 0 1.2 0 0.3 0",
+            "payload",
+        ),
         "memory": Entry(
             "show, edit or verify a lasting memory of the objects that robots have held",
             "show robot.sqlite",

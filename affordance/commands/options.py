@@ -1,9 +1,7 @@
 """Options shared by commands, checked and read in one place; ``arguments.py`` declares them."""
 
 import argparse
-import json
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +9,11 @@ from affordance.arguments import JOBS, REPEATS, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner import Learner
 from affordance.belief.learner_file import load_learner
+from affordance.commands.answers import give_answer as give_answer
+from affordance.commands.answers import print_answer as print_answer
+from affordance.commands.answers import tell as tell
 from affordance.commands.catalogue import LEARNER_NAMES, find_learner
-from affordance.exceptions import PROSE, AffordanceError, BadValueError, describe_choice, show_text
-from affordance.files.atomic import to_plain, write_json, write_text
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.constraints import SEEDS
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.objects.materials import Material
@@ -21,8 +21,6 @@ from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from affordance.experiments.shared.observers import Setup
     from affordance.robot import Robot
 
@@ -83,37 +81,6 @@ def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
     elif named := find_learner(str(changes.get("learner"))):
         changes["learner"] = named
     return changes
-
-
-def tell(arguments: argparse.Namespace, remark: str) -> None:
-    """Prints a remark that is not part of the answer: to standard error with ``--json``, never with ``--quiet``."""
-    if not getattr(arguments, "quiet", False):
-        print(remark, file=sys.stderr if getattr(arguments, "json", False) else sys.stdout, flush=True)
-
-
-def print_answer(arguments: argparse.Namespace, text: str, content: Any) -> None:
-    """Prints an answer as text, or with ``--json`` its content as JSON."""
-    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
-
-
-def give_answer(
-    arguments: argparse.Namespace,
-    name: str,
-    text: str,
-    content: Mapping[str, Any],
-    draw: "Callable[[], Figure] | None" = None,
-) -> None:
-    """Prints an answer, and writes it as text, JSON and perhaps a figure to the folder of ``--out``."""
-    text = show_text(text, PROSE)
-    if arguments.out is not None:
-        write_text(arguments.out / f"{name}.txt", text + "\n")
-        write_json(arguments.out / f"{name}.json", content)
-        if draw is not None:
-            # Imported here, so that runs without --out start faster.
-            from affordance.reporting.figures import save_figure
-
-            save_figure(draw(), arguments.out, name)
-    print_answer(arguments, text, content)
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:

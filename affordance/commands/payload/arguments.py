@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from affordance.commands.arguments import add_answer, add_prior_set, add_robot, add_seed
-from affordance.commands.parser import ROBOT, find_group
+from affordance.commands.arguments import add_answer, add_json, add_prior_set, add_robot, add_seed
+from affordance.commands.parser import OUTPUT, ROBOT, find_group
 
 
 def declare_excite(parser: argparse.ArgumentParser) -> None:
@@ -68,5 +68,62 @@ def declare_identify(parser: argparse.ArgumentParser) -> None:
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording from the package")
     add_answer(parser, "belief.json, samples.npz, gains.yaml and figures")
+    _add_write(parser)
     add_seed(parser)
     add_prior_set(parser)
+
+
+def declare_weigh(parser: argparse.ArgumentParser) -> None:
+    """Declares the arguments of ``weigh``."""
+    add = parser.add_argument
+    add(
+        "poses", type=Path, metavar="POSES", help="table (CSV) of poses at rest: fx fy fz tx ty tz and an orientation"
+    )
+    forms = "quaternion, matrix, rpy, rotation_vector, gravity or accelerometer"
+    add("--orientation", default="", metavar="FORM", help=f"form to use if the table has several: {forms}")
+    what = "axes of the wrench (default: found by evidence)"
+    add("--axes", choices=("sensor", "base"), default="", help=what)
+    what = "on which of the two the wrench acts (default: found by evidence)"
+    add("--force-on", choices=("robot", "object"), default="", help=what)
+    what = "direction in which gravity pulls, in the base's axes (default 0 0 -1)"
+    add("--gravity", type=float, nargs=3, default=[0.0, 0.0, -1.0], metavar=("X", "Y", "Z"), help=what)
+    add("--frame", default="sensor", metavar="NAME", help="name of the sensor's frame, for files (default sensor)")
+    add_answer(parser, "weighing.json and .txt")
+    _add_write(parser)
+    add_seed(parser)
+
+
+def declare_compare_payloads(parser: argparse.ArgumentParser) -> None:
+    """Declares the arguments of ``compare-payloads``."""
+    what = "JSON of identify or weigh, or YAML with mass, com, inertia and frame"
+    parser.add_argument("first", type=Path, metavar="A", help=what)
+    parser.add_argument("second", type=Path, metavar="B", help="the same for the other payload")
+    add = find_group(parser, ROBOT).add_argument
+    add("--robot", type=Path, metavar="ROBOT", help="robot's file, if the payloads are in different frames of it")
+    add_json(parser)
+
+
+def declare_feed_forward(parser: argparse.ArgumentParser) -> None:
+    """Declares the arguments of ``feed-forward``."""
+    what = "model folder of import-arm, or a robot's file (default: the paper's arm)"
+    parser.add_argument("robot", nargs="?", type=Path, help=what)
+    what = "link that carries the payload (default: the frame that the payload's file names)"
+    find_group(parser, ROBOT).add_argument("--tip", default="", help=what)
+    add = parser.add_argument
+    what = "JSON of identify or weigh, or YAML with mass, com, inertia and frame (default: none)"
+    add("--payload", type=Path, metavar="FILE", help=what)
+    add("--posture", type=float, nargs="+", metavar="RAD", help="angle of each joint, rad (required)")
+    what = "relative SD of the weight of each link in the robot's file (default 0.1)"
+    add("--link-error", type=float, default=0.1, metavar="SD", help=what)
+    what = "direction in which gravity pulls, in the base's axes (default 0 0 -1)"
+    add("--gravity", type=float, nargs=3, default=[0.0, 0.0, -1.0], metavar=("X", "Y", "Z"), help=what)
+    add_json(parser)
+
+
+def _add_write(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--write`` and ``--draws``; see ``payload_file.write_payload``."""
+    add = find_group(parser, OUTPUT).add_argument
+    what = "file for the payload as a link: .urdf, .sdf, .xml (MJCF) or .json"
+    add("--write", type=Path, metavar="FILE", help=what)
+    what = "also write N bodies drawn from the posterior, as FILE with a number (with --write)"
+    add("--draws", type=int, default=0, metavar="N", help=what)

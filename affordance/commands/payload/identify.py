@@ -19,6 +19,7 @@ from affordance.extensions.payload.evidence.gains import read_gains, write_gains
 from affordance.extensions.payload.identified_trial import build_identified_trial, teach
 from affordance.extensions.payload.identify import Runs, check_reference_mass, identify, see_tool
 from affordance.extensions.payload.payload_claim import Claim, judge_claim
+from affordance.extensions.payload.payload_file import check_target, write_payload
 from affordance.extensions.payload.payload_setting import format_payload, read_payload
 from affordance.extensions.payload.payload_text import describe_payload
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
@@ -55,6 +56,10 @@ def run(arguments: argparse.Namespace) -> int:
     flange = _find_flange(arguments, robot, loaded)
     if claimed and isinstance(flange, str):
         raise BadValueError("--claimed", "", f"must be in the frame of the flange, but {flange}")
+    for file, setting in claimed.items():
+        if setting.frame and not isinstance(flange, str) and setting.frame != flange.name:
+            problem = f"is {setting.frame!r}, must be that of the flange, {flange.name} (--flange names another)"
+            raise BadValueError(file, "frame", problem)
     materials = load_materials(arguments.materials or _find_materials(robot))
     memory = _recall(arguments.memory, prior)
     if arguments.object is None and arguments.object_name is not None:
@@ -101,6 +106,17 @@ def run(arguments: argparse.Namespace) -> int:
     content["answer"] = text.partition("\n")[0]
     if arguments.out is not None:
         write_belief(arguments.out, belief, is_used)
+    if arguments.write is not None and is_used:
+        note = f"not seen: {', '.join(sorted(belief.hidden))}" if belief.hidden else ""
+        content["written"] = write_payload(
+            arguments.write,
+            belief.bodies.pi,
+            belief.tip,
+            weights=belief.bodies.weights,
+            note=note,
+            draws=arguments.draws,
+            seed=arguments.seed,
+        )
     options.give_answer(arguments, "belief", text, content)
     return 0 if belief.is_trusted and belief.shows_mass else 3
 
@@ -168,6 +184,7 @@ def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
 
 def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
     options.check_bounds(arguments)
+    check_target(arguments.write, arguments.draws)
     check_whole("--samples", arguments.samples, NUM_SAMPLES)
     check_number("--unseen", arguments.unseen, 0.0, 1.0)
     settings = IdentificationSettings(

@@ -25,7 +25,7 @@ from pydrake.multibody.tree import RotationalInertia
 
 from affordance.arrays import Array, build_symmetric, list_entries
 from affordance.exceptions import BadValueError, show_value
-from affordance.files.constraints import StrPath, Vector, Within, check_path
+from affordance.files.constraints import Name, StrPath, Vector, Within, check_path
 from affordance.files.data_model import DataModel, load_model
 from affordance.objects.inertia import compute_point_parameters
 
@@ -44,6 +44,7 @@ class PayloadSetting(NamedTuple):
     # Moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz about Tcm, shape (6,), [kg m^2]; None if not set.
     inertia: Array | None = None
     is_centre_guessed: bool = False  # True if the centre of mass is the prior's, as the run did not show it
+    frame: str = ""  # name of T; empty if it is not named
 
     @property
     def parameters(self) -> Array:
@@ -75,6 +76,9 @@ class PayloadEntry(DataModel):
         Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None,
         Field(description="Ixx, Iyy, Izz and optionally Ixy, Ixz, Iyz, about the centre of mass, [kg m^2]."),
     ] = None
+    frame: Annotated[Name | None, Field(description="Frame in which it is given; the flange if none is named.")] = (
+        None
+    )
 
 
 def read_payload(path: StrPath) -> PayloadSetting:
@@ -87,7 +91,7 @@ def read_payload(path: StrPath) -> PayloadSetting:
     entry = load_model(path, PayloadEntry)
     centre = np.array(entry.com, dtype=float)
     if entry.inertia is None:
-        return PayloadSetting(entry.mass, centre)
+        return PayloadSetting(entry.mass, centre, frame=entry.frame or "")
     if len(entry.inertia) not in (3, 6):
         problem = f"has {len(entry.inertia)} numbers, must have 3 or 6: Ixx, Iyy, Izz, Ixy, Ixz, Iyz"
         raise BadValueError(path, "inertia", problem)
@@ -96,7 +100,7 @@ def read_payload(path: StrPath) -> PayloadSetting:
         moments = ", ".join(f"{value:.3g}" for value in body.CalcPrincipalMomentsOfInertia())
         problem = f"has principal moments {moments} kg m^2; none may be negative or exceed the sum of the others"
         raise BadValueError(path, "inertia", problem)
-    return PayloadSetting(entry.mass, centre, inertia)
+    return PayloadSetting(entry.mass, centre, inertia, frame=entry.frame or "")
 
 
 def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:

@@ -5,7 +5,7 @@ Each format is read by its own library into a data frame of numbers, whose index
 
 import zipfile
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +15,9 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError, show_value
 from affordance.files import bounded
 from affordance.files.constraints import check_names
+from affordance.files.text_table import read_table
 
 ARRAYS = (".npz", ".parquet")  # suffixes of files of arrays
-# Possible delimiters of a text; the most frequent one in the first line is used.
-_DELIMITERS = ",;\t "
 _EFFORTS = ("effort", "torque", "current", "force", "wrench")
 
 
@@ -28,63 +27,8 @@ def read_text(path: Path, skipped: int = 0) -> pd.DataFrame:
     Raises:
         BadValueError: The file cannot be read, or a row is incomplete or not of numbers; the message names it.
     """
-    lines = bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig").split("\n")
-    rows = [number for number in range(skipped, len(lines)) if lines[number].strip()]
-    if not rows:
-        raise BadValueError(path, "", "is empty, must be a table with one row per sample")
-    first = lines[rows[0]]
-    delimiter = max(_DELIMITERS, key=first.count)
-    names = _split(first, delimiter)
-    has_names = _read_number(names[0]) is None
-    columns, rows = names if has_names else [""] * len(names), rows[has_names:]
-    values = np.empty((0, len(names)))
-    try:
-        if rows:
-            values = np.loadtxt(
-                [lines[number] for number in rows],
-                delimiter=None if delimiter == " " else delimiter,
-                comments=None,
-                quotechar='"',
-                ndmin=2,
-            )
-        frame = pd.DataFrame(values, np.add(rows, 1), columns)
-    except ValueError as error:  # not numbers, or as many in each row, or as many as there are names
-        raise _explain(path, lines, rows, names, delimiter) from error
-    if not np.isfinite(values).all():
-        raise _explain(path, lines, rows, names, delimiter)
-    return frame
-
-
-def _split(line: str, delimiter: str) -> list[str]:
-    cells = line.split(None if delimiter == " " else delimiter)
-    return [cell.strip().strip('"') for cell in cells]
-
-
-def _read_number(cell: str) -> float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return None
-
-
-def _explain(
-    path: Path, lines: Sequence[str], rows: Sequence[int], names: Sequence[str], delimiter: str
-) -> BadValueError:
-    """Builds the error about the first row that is not one number for each column."""
-    width = len(names)
-    usual = Counter(len(_split(lines[number], delimiter)) for number in rows).most_common(1)[0][0]
-    hint = "" if usual == width else " (skip_rows: N skips N rows above a table)"
-    for number in rows:
-        cells = _split(lines[number], delimiter)
-        if len(cells) != width:
-            problem = f"has {len(cells)} values, must have {width}, one per column{hint}"
-            return BadValueError(path, f"row {number + 1}", problem)
-        for name, cell in zip(names, cells, strict=True):
-            value = _read_number(cell)
-            if value is None or not np.isfinite(value):
-                problem = f"is {show_value(cell[:30])}, must be a finite number"
-                return BadValueError(path, f"row {number + 1}, column {name}", problem)
-    return BadValueError(path, "", f"is not a table of numbers separated by {delimiter!r}")
+    table = read_table(path, skipped, "skip_rows: N skips N rows above a table")
+    return pd.DataFrame(table.values, table.rows, table.names)
 
 
 def read_arrays(path: Path) -> pd.DataFrame:

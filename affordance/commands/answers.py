@@ -1,0 +1,47 @@
+"""Answers and remarks of commands: text or JSON on standard output, and files in the folder of ``--out``.
+
+This module imports no Drake, so that small commands start fast.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from affordance.exceptions import PROSE, show_text
+from affordance.files.atomic import to_plain, write_json, write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def tell(arguments: argparse.Namespace, remark: str) -> None:
+    """Prints a remark that is not part of the answer: to standard error with ``--json``, never with ``--quiet``."""
+    if not getattr(arguments, "quiet", False):
+        print(remark, file=sys.stderr if getattr(arguments, "json", False) else sys.stdout, flush=True)
+
+
+def print_answer(arguments: argparse.Namespace, text: str, content: Any) -> None:
+    """Prints an answer as text, or with ``--json`` its content as JSON."""
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
+
+
+def give_answer(
+    arguments: argparse.Namespace,
+    name: str,
+    text: str,
+    content: Mapping[str, Any],
+    draw: "Callable[[], Figure] | None" = None,
+) -> None:
+    """Prints an answer, and writes it as text, JSON and perhaps a figure to the folder of ``--out``."""
+    text = show_text(text, PROSE)
+    if arguments.out is not None:
+        write_text(arguments.out / f"{name}.txt", text + "\n")
+        write_json(arguments.out / f"{name}.json", content)
+        if draw is not None:
+            # Imported here, so that runs without --out start faster.
+            from affordance.reporting.figures import save_figure
+
+            save_figure(draw(), arguments.out, name)
+    print_answer(arguments, text, content)

@@ -1,0 +1,114 @@
+"""Reasons to doubt a weighing: what explains the wrenches much better than a load, gains and constant offsets."""
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.extensions.payload.weighing.bayes import Regression, regress
+from affordance.extensions.payload.weighing.poses import Poses
+from affordance.extensions.payload.weighing.wrench_model import (
+    GAIN_SD,
+    GRAVITY,
+    WrenchModel,
+    compute_residual,
+    sum_evidence,
+)
+
+DOUBTED = float(np.log(100.0))  # log odds of a doubt
+# SDs of what is doubted: errors of the axes, relative to the load, and share of the last pose that is left.
+_TURNED_SD, _LAG_SD = 0.3, 0.3
+_ANGLE = 3.0  # angle between sensor and orientations from which axes count as turned, [deg]
+_UNEXPLAINED = 0.5  # share of the forces' variation, as for ``identify``
+_LENGTH_SPREAD = 0.03  # largest relative difference of an accelerometer's readings
+_FAR = 5.0 * np.sqrt(2.0) * GAIN_SD  # difference of two axes' gains that is doubted, as far as for ``identify``
+_SURE = 3.0  # SDs of such a difference at which it is certain
+
+
+def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
+    """Finds what explains the wrenches much better than a load, gains and offsets; a sentence each."""
+    doubts = [*_compare_gains(fits), *_find_unexplained(poses, model, fits), *_check_lengths(poses)]
+    plain, num = sum_evidence(fits), len(poses.counts)
+    sizes = [max(float(np.sqrt((load**2).mean())), 1e-6) for load in model.loads]
+    axes = np.tile(np.eye(3), (num, 1, 1))
+
+    def vary(course: Array) -> float:
+        """Returns the log evidence of offsets that follow a course, (N,)."""
+        column = (course[:, None, None] * axes).reshape(-1, 3)
+        return sum_evidence(model.fit([(column, np.full(3, size)) for size in sizes]))
+
+    before = [(np.concatenate([load[:1], load[:-1]]) - load).reshape(-1, 1) for load in model.loads]
+    entries = [np.einsum("nl,kj->njkl", load, np.eye(3)).reshape(-1, 9) for load in model.loads]
+    turned = model.fit([(each, np.full(9, _TURNED_SD)) for each in entries])
+    of_steps = np.array([vary((np.arange(num) >= k).astype(float)) for k in range(2, num - 1)])
+    step = int(of_steps.argmax()) + 3  # number of the pose, from 1
+    log_step = float(np.log(np.exp(of_steps - of_steps.max()).mean()) + of_steps.max())
+    found: dict[Callable[[], str] | str, float] = {
+        f"the offsets change before pose {step}: the sensor was zeroed or struck half-way": log_step,
+        "the offsets drift from pose to pose: let the sensor warm up": vary(np.linspace(-1.0, 1.0, num)),
+        "the wrench still shows the pose before: it is filtered; wait longer in each pose": sum_evidence(
+            model.fit([(each, np.array([_LAG_SD])) for each in before])
+        ),
+        lambda: _describe_turn(np.eye(3) + turned[0].mean[7:].reshape(3, 3)): sum_evidence(turned),
+    }
+    best = max(found, key=found.__getitem__)
+    if found[best] - plain > DOUBTED:
+        sentence = best if isinstance(best, str) else best()
+        doubts += [sentence] if sentence else []
+    return doubts
+
+
+def _compare_gains(fits: tuple[Regression, Regression]) -> list[str]:
+    """Compares the axes' gains of forces and of torques."""
+    doubts = []
+    for fit, word, start in ((fits[0], "mass", 1), (fits[1], "first moment", 3)):
+        gains, part = 1.0 + fit.mean[start : start + 3], slice(start, start + 3)
+        covariance = np.einsum("c,cij->ij", fit.weights, np.linalg.inv(fit.precisions))[part, part]
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            sd = np.sqrt(covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j])
+            if abs(gains[i] - gains[j]) > max(_FAR, _SURE * sd):
+                unit = abs(fit.mean[0]) if start == 1 else 1.0
+                shown = ", ".join(f"{name} {unit * gain:.3g}" for name, gain in zip("xyz", gains, strict=True))
+                doubts.append(f"the axes disagree about the {word}: {shown}{' kg' if start == 1 else ' of the mean'}")
+                break
+    return doubts
+
+
+def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
+    """Finds forces that do not follow gravity, or do so with columns exchanged or of the wrong sign."""
+    X, sds = model.columns[0][:, [0, 4, 5, 6]], model.sds[0][:1, [0, 4, 5, 6]]
+    plain, forces = regress(X, model.signals[0], sds).log_evidence, poses.wrench[:, :3].ravel()
+    orders = {}
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1.0,), (1.0, -1.0), (1.0, -1.0)):
+            down = GRAVITY * poses.down_S[:, order] * signs
+            fit = regress(np.column_stack([down.ravel(), X[:, 1:]]), forces, sds)
+            flip = 1.0 if sum(signs) > 0.0 else -1.0  # the sign of all three is not known
+            words = [f"{'+' if flip * each > 0 else '-'}{'xyz'[k]}" for k, each in zip(order, signs, strict=True)]
+            orders[", ".join(words)] = fit.log_evidence
+    best = max(orders, key=orders.__getitem__)
+    if orders[best] - plain > DOUBTED + np.log(len(orders)):
+        return [f"fx, fy, fz follow gravity along {best}: the order, signs or axes of the columns are wrong"]
+    left, felt = compute_residual(model, fits)[:, :3], model.signals[0].reshape(-1, 3)
+    share = float((left**2).sum() / max(((felt - felt.mean(axis=0)) ** 2).sum(), np.finfo(float).tiny))
+    return [f"the load leaves {100.0 * share:.0f} % of the forces unexplained"] if share > _UNEXPLAINED else []
+
+
+def _check_lengths(poses: Poses) -> list[str]:
+    """Compares the lengths of an accelerometer's readings, which at rest are the same."""
+    if not len(poses.lengths) or (spread := np.ptp(poses.lengths) / poses.lengths.mean()) <= _LENGTH_SPREAD:
+        return []
+    return [f"the accelerometer's readings differ in length by {100.0 * spread:.0f} %: it has offsets, or it moved"]
+
+
+def _describe_turn(M: Array) -> str:
+    """Describes forces that are M, (3, 3), times those of the load, if they are turned; empty if they are not."""
+    U, _, Vt = np.linalg.svd(M)
+    turn = U @ Vt
+    angle = float(np.degrees(np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0))))
+    if angle < _ANGLE:
+        return ""
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    shown = ", ".join(f"{value:.1f}" for value in axis / max(np.linalg.norm(axis), 1e-9))
+    return f"the sensor's axes are turned by about {angle:.0f} deg about ({shown}) against the orientations"
