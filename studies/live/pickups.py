@@ -104,7 +104,9 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
     events, nan = followed.events, float("nan")
 
     def wait(kinds: tuple[str, ...], since: float, until: float = np.inf, test: Any = None) -> float:
-        found = (e.time - since for e in events if e.kind in kinds and since < e.time < until and (not test or test(e)))
+        found = (
+            e.time - since for e in events if e.kind in kinds and since < e.time < until and (not test or test(e))
+        )
         return next(found, nan)
 
     def holds(content: Mapping[str, Any]) -> bool:
@@ -112,7 +114,10 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
         return bool(low <= mass <= high)
 
     beliefs = [
-        e for e in events if e.kind == "belief" and e.content["of"] - e.content["seconds"] > pick.time + 0.1
+        e
+        for e in events
+        if e.kind == "belief"
+        and e.content["of"] - e.content["seconds"] > pick.time - 0.1
         and e.content["of"] < put.time - 0.2
     ]
     of_load = [e for e in beliefs if e.time < put.time]
@@ -142,13 +147,13 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
         ),
         "put": np.array(wait(("changed",), put.time)),
         "beliefs": np.array([len(beliefs), sum(holds(e.content) for e in beliefs)]),
-        "last": none if last is None else np.array(
-            [last.content["mass_kg"], last.content["mass_sd_kg"], holds(last.content)]
-        ),
+        "last": none
+        if last is None
+        else np.array([last.content["mass_kg"], last.content["mass_sd_kg"], holds(last.content)]),
         "com": none if last is None else np.array(last.content["com_m"]) - pick.com,
-        "final": np.full(4, nan) if final is None or final.belief is None else np.array(
-            [final.belief.mass, final.belief.mass_sd, holds(final.content), final.belief.is_trusted]
-        ),
+        "final": np.full(4, nan)
+        if final is None or final.belief is None
+        else np.array([final.belief.mass, final.belief.mass_sd, holds(final.content), final.belief.is_trusted]),
         "agreement": np.array(agreement),
         "false": np.array(len(changes) - len(true)),
         "milliseconds": np.array([np.mean(followed.milliseconds[what]) for what in ("sample", "belief")]),

@@ -87,5 +87,9 @@ def join(parts: list[PreparedRun]) -> PreparedRun:
     """Joins stretches of filtered rows that follow each other."""
     first = parts[0]
     return first._replace(
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in first._fields if name != "cutoff"}
+        **{
+            name: np.concatenate([getattr(part, name) for part in parts])
+            for name in first._fields
+            if name != "cutoff"
+        }
     )

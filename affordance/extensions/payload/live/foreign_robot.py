@@ -1,8 +1,8 @@
 """A robot of somebody else, for demonstrations and tests: it works, takes something up, puts it down, and reports.
 
-This file imports nothing of the project and runs as a process of its own. MuJoCo simulates one of two arms, whose true
-links, gains and friction differ from their file; the controller knows the file only. What the robot truly holds goes to
-standard error, never into the stream.
+This file imports nothing of the project and runs as a process of its own. MuJoCo simulates one of two arms, whose
+true links, gains and friction differ from their file; the controller knows the file only. What the robot truly holds
+goes to standard error, never into the stream.
 
     python foreign_robot.py fr3 --model fr3.xml
     python foreign_robot.py fr3 --script "move 5, pick 1.2, move 12, put, move 4" | affordance live fr3.xml ...
@@ -31,7 +31,9 @@ class Arm:
 
     joints: tuple[str, ...]
     signal: str  # what it reports, as in a description
-    place: tuple[tuple[float, float, float, float], ...]  # place of each joint in the link before, [m], turn about x, [deg]
+    place: tuple[
+        tuple[float, float, float, float], ...
+    ]  # place of each joint in the link before, [m], turn about x, [deg]
     flange: tuple[float, float, float, float]
     links: tuple[tuple[float, float, float, float], ...]  # mass, [kg], and centre of mass, [m], of each link
     home: tuple[float, ...]

@@ -43,8 +43,8 @@ _STILL = 4  # newest cells without motion from which the arm is at rest
 _NUM_SAMPLES, _FEW = 2000, 500  # samples of a belief, and of one in a nearly empty hand, where annealing takes longer
 _LITTLE = 0.05  # lower end of the mass's interval below which little or nothing may be held, [kg]
 _NOTHING = 0.1  # upper end of that interval below which this is enough, [kg]
-# Enough: SD of the mass, as a share and [kg], and of the centre of mass, [m]; or the SD has fallen to no less than this
-# share of what it was some time ago, [s], while it is a usable share of the mass.
+# Enough: SD of the mass, as a share and [kg], and of the centre of mass, [m]; or the SD of the mass is no less than
+# this share of what it was some time ago, [s], and it is a usable share of the mass.
 _PRECISE, _PRECISE_KG, _PRECISE_M = 0.02, 0.02, 0.01
 _FLAT, _FLAT_TIME, _USABLE = 0.9, 3.0, 0.2
 _NAMED = 3.0  # rows after a change from which disjoint intervals name it, [s]
@@ -133,11 +133,13 @@ class LiveIdentifier:
                 raise BadValueError(run.source, "signal", problem)
             check_run(robot, run)
         self.robot = robot
-        self._empty, self._given, self._settings = tuple(runs), gains, settings
+        self._empty, self._given = tuple(runs), gains
         self._arm = robot.with_gravity(first.gravity)
         self._description = replace(first, reference_mass=None)
         self._gains = find_gains(self._arm, runs[0], runs, gains, settings)
         self._cutoff = max(_LEAST_CUTOFF, *(compute_cutoff(run, settings) for run in runs))
+        # Starts and stops would raise it from answer to answer.
+        self._settings = settings = replace(settings, cutoff=self._cutoff)
         parts = [prepare(run, settings, cutoff=self._cutoff) for run in runs]
         signals = [
             restore_compensated(self._arm, run, part, self._gains.mean[:, 0])
@@ -185,9 +187,7 @@ class LiveIdentifier:
         """Time after which a sample counts, [s]; 0 until the stream's rate is known."""
         return 0.0 if self._filter is None else self._filter.lag
 
-    def add(
-        self, t: float, q: Array, v: Array | None, signal: Array, *, behind: float = 0.0
-    ) -> list[LiveEvent]:
+    def add(self, t: float, q: Array, v: Array | None, signal: Array, *, behind: float = 0.0) -> list[LiveEvent]:
         """Adds a sample and returns what it shows.
 
         Args:
@@ -393,7 +393,10 @@ class LiveIdentifier:
             return True, "more of this motion hardly helps"
         if sd > needed:
             return False, f"the mass is known to {1e3 * sd:.0f} g, {1e3 * needed:.0f} g would be enough (SDs)"
-        return False, f"the centre of mass is known to {1e3 * com_sd:.0f} mm, {1e3 * _PRECISE_M:.0f} mm would be enough"
+        return (
+            False,
+            f"the centre of mass is known to {1e3 * com_sd:.0f} mm, {1e3 * _PRECISE_M:.0f} mm would be enough",
+        )
 
     def _name(self, belief: PayloadBelief, seconds: float) -> Iterator[LiveEvent]:
         """Says what a change was, once the new load is known well enough: the transient looks like any load."""
@@ -445,7 +448,8 @@ class LiveIdentifier:
         jitter = float(np.median(away)) / 0.6745 / np.sqrt(2.0)
         advice = "stamps must be the times of the samples, not of sending"
         if jitter > _MOST_JITTER:
-            yield f"the stream: stamps jitter by {1e3 * jitter:.0f} ms, at most {1e3 * _MOST_JITTER:g} ms is usual: {advice}"
+            usual = f"at most {1e3 * _MOST_JITTER:g} ms is usual"
+            yield f"the stream: stamps jitter by {1e3 * jitter:.0f} ms, {usual}: {advice}"
         if longest > _LONG_STEP:
             yield f"the stream: a step takes {longest:.2f} s, at most {_LONG_STEP:g} s is usual: {advice}"
         if np.median(steps) < _BURSTS * steps.mean():

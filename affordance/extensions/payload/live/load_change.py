@@ -134,5 +134,3 @@ def _integrate(likelihood: Quadratic, mean: Array, covariance: Array) -> float:
     at_mean = float(likelihood.evaluate(mean[None])[0])
     spread = 0.5 * rest @ covariance @ np.linalg.solve(M, rest) - 0.5 * np.linalg.slogdet(M)[1]
     return at_mean + float(spread)
-
-
