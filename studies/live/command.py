@@ -88,7 +88,7 @@ def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[A
 def _take_quantiles(delays: NDArray[Any]) -> list[float]:
     """Returns the number of delays, their median and the largest."""
     there = delays[np.isfinite(delays)]
-    return [float(len(there)), *((float(np.median(there)), float(there.max())) if len(there) else ()))]
+    return [float(len(there)), *((float(np.median(there)), float(there.max())) if len(there) else ())]
 
 
 def list_rows(n: Mapping[str, Any]) -> list[list[str]]:

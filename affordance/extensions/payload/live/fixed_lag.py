@@ -55,7 +55,7 @@ class FixedLag:
         return self._every * self._step
 
     def add(self, t: float, row: Array) -> None:
-        """Adds the sample of a time, [s]: angles, perhaps velocities, and signals in one row, shape (2n,) or (3n,)."""
+        """Adds the sample of a time, [s]: angles, perhaps velocities, and signals, shape (2n,) or (3n,)."""
         place = bisect.bisect(self._times, t) if self._times and t < self._times[-1] else len(self._times)
         self._times.insert(place, t)
         self._rows.insert(place, row)
