@@ -100,6 +100,11 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
             "--demo",
             "payload",
         ),
+        "live": Entry(
+            "follow a running robot: what does it hold now, with intervals; commands nothing",
+            "--demo",
+            "payload",
+        ),
         "memory": Entry(
             "show, edit or verify a lasting memory of the objects that robots have held",
             "show robot.sqlite",

@@ -179,7 +179,7 @@ class LiveIdentifier:
         self._pending: list[PreparedRun] = []
         self._told, self._due = -np.inf, np.inf
         self._sds: list[tuple[float, float]] = []  # times and SDs of the mass
-        self._is_done, self._tried = False, -np.inf
+        self._is_done, self._tried, self._enough = False, -np.inf, ""
         self._is_light = True
 
     @property
@@ -355,6 +355,10 @@ class LiveIdentifier:
         low, high = belief.mass_interval90
         self._is_light = belief.is_light or low < _LITTLE
         enough, why = self._judge(belief, now)
+        if enough and not self._is_light:
+            self._enough = why
+        elif self._enough and belief.shows_mass:
+            enough, why = True, self._enough
         if self._unnamed is not None:
             yield from self._name(belief, seconds)
         if self._unnamed is None:
