@@ -65,6 +65,8 @@ def declare_identify(parser: argparse.ArgumentParser) -> None:
     add("--anyway", action="store_true", help="write, learn and print lines even if the result is not to be trusted")
     what = "leave out samples of a joint while it is slower than this, rad/s (default 0.03)"
     add("--min-speed", type=float, help=what)
+    what = "cut-off of the low-pass filter, Hz, such as that of live (default: four times the motion's bandwidth)"
+    add("--cutoff", type=float, metavar="HZ", help=what)
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording from the package")
     add_answer(parser, "belief.json, samples.npz, gains.yaml and figures")

@@ -25,7 +25,7 @@ from affordance.extensions.payload.posterior.part_posterior import SeenObject
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.run import Run
 from affordance.extensions.payload.recording.run_file import read_run
-from affordance.extensions.payload.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings, SignalKind
+from affordance.extensions.payload.settings import CUTOFF, MIN_SPEED, NUM_SAMPLES, IdentificationSettings, SignalKind
 from affordance.extensions.robots.recorded_arm import Flange, find_flange, find_imported_tip, load_robot
 from affordance.files.atomic import write_atomic
 from affordance.files.model_folder import MODELS
@@ -176,6 +176,9 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
     if arguments.min_speed is not None:
         check_number("--min-speed", arguments.min_speed, MIN_SPEED.low, MIN_SPEED.high, "rad/s")
         settings = replace(settings, min_speed=arguments.min_speed)
+    if arguments.cutoff is not None:
+        check_number("--cutoff", arguments.cutoff, CUTOFF.low, CUTOFF.high, "Hz")
+        settings = replace(settings, cutoff=arguments.cutoff)
     return settings
 
 

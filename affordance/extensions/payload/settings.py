@@ -11,6 +11,7 @@ from affordance.files.constraints import SEEDS, Setting, Whole, Within, check_fi
 
 NUM_SAMPLES = Whole(100, 1_000_000)
 MIN_SPEED = Within(0.0, 10.0)  # [rad/s]
+CUTOFF = Within(0.1, 1e3)  # [Hz]
 _SHARE = Within(0.0, 10.0)
 _RECORDED = "docs/decisions/0020-recorded-data.md"
 
@@ -152,7 +153,7 @@ class IdentificationSettings:
         Within(0.1, 1e3),
         Setting("1", "a fourth-order Butterworth filter is exact to 1e-5 at a quarter of its cut-off"),
     ] = 4.0
-    cutoff: Annotated[float, Within(0.1, 1e3), Setting("Hz", "the motion's, unless a caller fixes it")] | None = None
+    cutoff: Annotated[float, CUTOFF, Setting("Hz", "the motion's, unless a caller fixes it")] | None = None
     trim: Annotated[float, Within(0.0, 1e3), Setting("s", "filters ring")] = 1.0
     block: Annotated[float, Within(1e-3, 1e3), Setting("s", "errors are correlated over 0.3 to 1 s")] = 2.0
     max_rate: Annotated[float, Within(1.0, 1e5), Setting("Hz", "an assumption")] = 100.0

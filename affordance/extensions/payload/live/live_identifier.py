@@ -47,6 +47,7 @@ _NOTHING = 0.1  # upper end of that interval below which this is enough, [kg]
 # this share of what it was some time ago, [s], and it is a usable share of the mass.
 _PRECISE, _PRECISE_KG, _PRECISE_M = 0.02, 0.02, 0.01
 _FLAT, _FLAT_TIME, _USABLE = 0.9, 3.0, 0.2
+_CHECKED = 5.0  # rows from which stamps and unit of the stream are checked, [s]
 _NAMED = 3.0  # rows after a change from which disjoint intervals name it, [s]
 _RETRY = 5.0  # time until the whole analysis is tried again, if it was not trusted, [s]
 _BEHIND = 0.7  # lateness of a sample from which beliefs are left out, [s]
@@ -63,7 +64,7 @@ class LiveEvent:
     """Event in a stream of joint states.
 
     Attributes:
-        kind: ready, belief, changed, taken up, put down, exchanged, disturbed, gap, at rest, controller or final.
+        kind: ready, belief, changed, taken up, put down, exchanged, disturbed, gap, at rest, controller, doubt or final.
         time: Stamp of the newest sample, [s].
         content: Numbers and texts for JSON, in SI units, at the tip.
         belief: Posterior of the payload, of a belief or a final answer; None otherwise.
@@ -170,7 +171,7 @@ class LiveIdentifier:
         self._newest, self._batched = -np.inf, -np.inf
         self._unnamed: float | None = None  # time of a change that has no name yet, [s]
         self._before: tuple[bool, tuple[float, float]] = (True, (0.0, _LITTLE))  # little held, interval of the mass
-        self._is_still = False
+        self._is_still = self._is_checked = False
         self._begin(-np.inf, [], [])
 
     def _begin(self, since: float, rows: list[PreparedRun], cells: list[Cell]) -> None:
@@ -333,10 +334,10 @@ class LiveIdentifier:
     def _split(self) -> None:
         """Begins a segment at the change, without the cell in which it happened, which is of neither load."""
         age = self._change.date(self._cells)
-        since, cells = self._cells[-age].end, self._cells[-age + 1 :]
+        mixed, cells = self._cells[-age], self._cells[-age + 1 :]
         rows = [each for each in self._rows if each.times[0] >= cells[0].start]
         self._begin(cells[0].start, rows, cells)
-        self._unnamed = since
+        self._unnamed = 0.5 * (mixed.start + mixed.end)
 
     def _believe(self) -> Iterator[LiveEvent]:
         """Infers the payload from the rows of the segment, names a change, and gives a final answer if it can."""
@@ -351,6 +352,9 @@ class LiveIdentifier:
             belief = replace(infer(evidence, self._gains, settings=settings), tip=self.robot.tip)
         except (BadValueError, np.linalg.LinAlgError):  # too little motion yet
             return
+        if not self._is_checked and seconds > _CHECKED:
+            self._is_checked = True
+            yield from self._check()
         now, m = self._newest, belief.marginals
         low, high = belief.mass_interval90
         self._is_light = belief.is_light or low < _LITTLE
@@ -379,6 +383,15 @@ class LiveIdentifier:
         yield LiveEvent("belief", now, content, belief)
         if enough and not (self._is_done or self._is_light or self._unnamed) and now - self._tried > _RETRY:
             yield from self._finish()
+
+    def _check(self) -> Iterator[LiveEvent]:
+        """Says at the start what is wrong with the stream itself."""
+        try:
+            doubts = list(self._find_doubts(self._build_run()))
+        except BadValueError as error:
+            doubts = [str(error)]
+        for doubt in doubts:
+            yield LiveEvent("doubt", self._newest, {"why": doubt})
 
     def _judge(self, belief: PayloadBelief, now: float) -> tuple[bool, str]:
         """Decides whether the belief is enough, and says why or why not."""
@@ -423,14 +436,12 @@ class LiveIdentifier:
 
     def _finish(self) -> Iterator[LiveEvent]:
         """Identifies the load from the raw rows of the segment, with all doubts."""
-        first = bisect.bisect_left(self._times, max(self._since, float(self._rows[0].times[0])))
         self._tried = self._newest
-        q, v, signal = zip(*self._raw[first:], strict=True)
-        velocities = None if v[0] is None else np.array(v)
-        content: dict[str, Any] = {"from": self._times[first], "to": self._times[-1], "rows": len(q)}
+        content: dict[str, Any] = {}
         try:
-            times = np.array(self._times[first:])
-            run = Run("the stream", self._description, times, np.array(q), np.array(signal), velocities)
+            run = self._build_run()
+            content = {"from": float(run.times[0]), "to": float(run.times[-1]), "rows": len(run.times)}
+            content["cutoff_hz"] = self._cutoff
             runs = Runs(run, self._empty)
             belief = identify(self.robot, runs, paired=False, gains=self._given, settings=self._settings)
         except BadValueError as error:
@@ -444,6 +455,14 @@ class LiveIdentifier:
         if self._set is not None:
             content["controller"] = judge_claim(belief, self._set).verdict
         yield LiveEvent("final", self._newest, content, belief, run)
+
+    def _build_run(self) -> Run:
+        """Builds the recording of the segment from its raw rows."""
+        first = bisect.bisect_left(self._times, max(self._since, float(self._rows[0].times[0])))
+        q, v, signal = zip(*self._raw[first:], strict=True)
+        velocities = None if v[0] is None else np.array(v)
+        times = np.array(self._times[first:])
+        return Run("the stream", self._description, times, np.array(q), np.array(signal), velocities)
 
     def _find_doubts(self, run: Run) -> Iterator[str]:
         """Doubts the stamps of a stream, and its unit."""
