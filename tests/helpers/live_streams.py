@@ -35,6 +35,14 @@ def record_loads(
     return Run("stream", runs[0].description, runs[0].times, runs[0].q, signal, runs[0].v)
 
 
+def compute_signal(robot: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
+    """The signal of the empty robot along any motion, (N, n), as in its runs but without noise."""
+    links = robot.link_parameters * (1.0 + TRUTH.file_error * np.random.default_rng(5).standard_normal((6, 1)))
+    coulomb, viscous, offset = TRUTH.friction
+    signal: Array = robot.compute_link_regressors(q, v, vdot) @ links.ravel()
+    return signal + coulomb * np.sign(v) + viscous * v + offset
+
+
 def list_rows(run: Run, has_v: bool = True) -> list[tuple[float, Array, Array | None, Array]]:
     """The samples of a run."""
     velocities = run.v if has_v and run.v is not None else [None] * len(run.times)

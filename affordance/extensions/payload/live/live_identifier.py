@@ -64,7 +64,8 @@ class LiveEvent:
     """Event in a stream of joint states.
 
     Attributes:
-        kind: ready, belief, changed, taken up, put down, exchanged, disturbed, gap, at rest, controller, doubt or final.
+        kind: ready, belief, changed, taken up, put down, exchanged, disturbed, gap, at rest, controller, doubt or
+            final.
         time: Stamp of the newest sample, [s].
         content: Numbers and texts for JSON, in SI units, at the tip.
         belief: Posterior of the payload, of a belief or a final answer; None otherwise.
