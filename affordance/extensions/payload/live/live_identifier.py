@@ -172,7 +172,7 @@ class LiveIdentifier:
         self._newest, self._batched = -np.inf, -np.inf
         self._unnamed: float | None = None  # time of a change that has no name yet, [s]
         self._before: tuple[bool, tuple[float, float]] = (True, (0.0, _LITTLE))  # little held, interval of the mass
-        self._is_still = self._is_checked = False
+        self._is_still = self._is_checked = self._had_gap = False
         self._begin(-np.inf, [], [])
 
     def _begin(self, since: float, rows: list[PreparedRun], cells: list[Cell]) -> None:
@@ -280,7 +280,8 @@ class LiveIdentifier:
         yield from self.close()
         before = self._before
         self._forget()
-        self._before = before
+        # The load may have changed meanwhile, which the first beliefs will show.
+        self._before, self._unnamed, self._had_gap = before, t, True
         yield LiveEvent("gap", t, {"seconds": step})
 
     def _advance(self, behind: float) -> Iterator[LiveEvent]:
@@ -427,12 +428,14 @@ class LiveIdentifier:
         kind = "exchanged"
         if was_light or self._is_light:
             kind = "taken up" if not self._is_light else "put down" if not was_light else "disturbed"
-        since = self._unnamed
+        since, had_gap = self._unnamed, self._had_gap
+        self._unnamed, self._had_gap = None, False
+        if had_gap and (kind == "disturbed" or (kind == "exchanged" and not apart)):
+            return  # as before the gap
         content: dict[str, Any] = {"since": since, "before_interval90": [was_low, was_high]}
         content |= {"mass_kg": belief.mass, "mass_interval90": [low, high]}
         if kind == "put down" and self._newest - self._offered < _JUST:
             content["why"] = "or was the payload set on the controller? From a compensated signal it is subtracted"
-        self._unnamed = None
         yield LiveEvent(kind, self._newest, content)
 
     def _finish(self) -> Iterator[LiveEvent]:

@@ -41,7 +41,10 @@ def read_rtde(host: str, kind: SignalKind, port: int = PORT) -> Iterator[Sample]
     if kind not in _SIGNALS:
         problem = f"offers {', '.join(each.value for each in _SIGNALS)}, but the empty runs have {kind.value}"
         raise BadValueError(host, "signal", problem)
-    names = ["timestamp", "actual_q", "actual_qd", _SIGNALS[kind], "payload", "payload_cog"]
+    return _connect(host, port, ["timestamp", "actual_q", "actual_qd", _SIGNALS[kind], "payload", "payload_cog"])
+
+
+def _connect(host: str, port: int, names: list[str]) -> Iterator[Sample]:
     try:
         with socket.create_connection((host, port), timeout=_PATIENCE) as connection:
             yield from _read(connection, host, names)

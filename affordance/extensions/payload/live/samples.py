@@ -13,6 +13,7 @@ from affordance.extensions.payload.recording.run import Run
 from affordance.extensions.payload.recording.run_entry import COLUMN_MAPS, name_columns
 
 _MOST_FOREIGN = 1000  # messages about other joints after which the stream is refused
+_BETWEEN = 1.0  # time between recordings, [s]
 _LONGEST_LINE = 100_000  # [characters]
 
 
@@ -127,10 +128,10 @@ def _read_row(row: Sequence[float], columns: dict[str, int], joints: Sequence[st
 
 
 def replay(runs: Sequence[Run]) -> Iterator[Sample]:
-    """Reads recordings, one after the other, as if their motions followed each other."""
+    """Reads recordings, one after the other, with a second between them."""
     start = 0.0
     for run in runs:
         for i, t in enumerate(run.times - run.times[0]):
             v = None if run.v is None else run.v[i]
             yield Sample(start + float(t), run.description.joint_names, run.q[i], v, run.signal[i])
-        start += float(run.times[-1] - run.times[0]) + 1.0 / run.rate
+        start += float(run.times[-1] - run.times[0]) + _BETWEEN

@@ -125,6 +125,13 @@ def test_a_gap_begins_anew_and_a_double_sample_does_not_count(live, pickup):
     assert all(each["of"] - each["seconds"] > rows[340][0] for each in list_beliefs(events, 3.3, 9.0))
 
 
+def test_what_changed_in_a_gap_is_named_after_it_and_what_did_not_is_not(robot, empty, pickup):
+    rows = list_rows(pickup)
+    for resumed, names in ((800, ["taken up"]), (250, [])):
+        events = follow(LiveIdentifier(robot, empty), [*rows[:200], *rows[resumed : resumed + 450]])
+        assert [each for each in list_kinds(events) if each in NAMES] == names
+
+
 def test_a_stream_that_lags_loses_beliefs_and_no_sample(live, pickup):
     rows = list_rows(pickup)[:600]
     assert [each.kind for each in follow(live, rows, behind=1.0)] == []

@@ -75,4 +75,5 @@ def test_recordings_follow_each_other():
     runs = [read_run(MODELS / "demo" / f"{name}.csv") for name in ("empty", "bar_of_oak")]
     samples = list(replay(runs))
     assert len(samples) == 800
-    assert np.diff([each.time for each in samples]) == pytest.approx(0.02, abs=1e-9)
+    steps = np.diff([each.time for each in samples])
+    assert sorted(steps) == pytest.approx([0.02] * 798 + [1.0], abs=1e-9)
