@@ -69,13 +69,14 @@ class FixedLag:
             return None
         n, reach = self._num, (count - 1) * self._every + 2 * self._margin + 1
         table = np.array(self._rows)
-        even = resample(self._next - self.lag + self._step * np.arange(reach), np.array(self._times), table)
+        grid: Array = self._next - self.lag + self._step * np.arange(reach)
+        even = resample(grid, np.array(self._times), table)
         low = np.lib.stride_tricks.sliding_window_view(even, len(self._kernel), axis=0) @ self._kernel
         q, signal = low[:, :n], low[:, -n:]
         v = low[:, n : 2 * n] if table.shape[1] == 3 * n else np.gradient(q, self._step, axis=0)
         vdot = np.gradient(v, self._step, axis=0)
         kept = _MARGIN + self._every * np.arange(count)
-        times = self._next + self.step * np.arange(count)
+        times: Array = self._next + self.step * np.arange(count)
         self._next += count * self.step
         old = bisect.bisect(self._times, self._next - self.lag - 2.0 * self._step) - 1
         if old > 0:
@@ -85,11 +86,5 @@ class FixedLag:
 
 def join(parts: list[PreparedRun]) -> PreparedRun:
     """Joins stretches of filtered rows that follow each other."""
-    first = parts[0]
-    return first._replace(
-        **{
-            name: np.concatenate([getattr(part, name) for part in parts])
-            for name in first._fields
-            if name != "cutoff"
-        }
-    )
+    columns = zip(*(part[:-1] for part in parts), strict=True)
+    return PreparedRun(*(np.concatenate(column) for column in columns), cutoff=parts[0].cutoff)

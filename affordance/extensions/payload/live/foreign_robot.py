@@ -228,11 +228,11 @@ def simulate(name: str, script: str, seed: int, arm_seed: int = 7, error: float 
         each.opt.timestep, each.jnt_limited[:] = STEP, 0
         each.dof_armature[:] = arm.rotor
     payload = model.body("payload").id
-    for body in range(1, payload):  # the arm is not the one in its file
+    for link in range(1, payload):  # the arm is not the one in its file
         factor = 1.0 + error * own.normal()
-        model.body_mass[body] *= factor
-        model.body_inertia[body] *= factor * (1.0 + error * abs(own.normal()))
-        model.body_ipos[body] += 0.1 * error * own.normal(size=3)
+        model.body_mass[link] *= factor
+        model.body_inertia[link] *= factor * (1.0 + error * abs(own.normal()))
+        model.body_ipos[link] += 0.1 * error * own.normal(size=3)
     data, plan = mujoco.MjData(model), mujoco.MjData(nominal)
     gain = np.array(arm.gain) * (1.0 + arm.gain_sd * own.normal(size=n)) * (1.0 + 0.003 * rng.normal(size=n))
     offset, today = arm.offset_sd * own.normal(size=n), 1.0 + 0.03 * rng.normal(size=n)

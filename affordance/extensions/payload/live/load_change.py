@@ -116,8 +116,15 @@ class LoadChange:
         sums, counts = (np.array([getattr(cell, name) for cell in cells]) for name in ("sums", "counts"))
         num = np.maximum(counts.sum(axis=0), 1.0)
         w[:, FRICTION.stop - 1] = -np.einsum("kci,ci->c", sums, w) / num  # the offset
-        squares = (np.einsum("kci,ci->kc", sums, w) ** 2).sum(axis=0)
-        variance: Array = np.maximum(squares / np.maximum(num - 2.0 * counts[0], 1.0), self._least)
+        residual = np.einsum("kci,ci->kc", sums, w)
+        squares = (residual**2).sum(axis=0)
+        # Neighbouring cells share errors, by the filter at least.
+        squares += np.maximum(2.0 * (residual[1:] * residual[:-1]).sum(axis=0), 0.0)
+        freedom = np.maximum(1.0 - (1.0 + NUM_PARAMETERS / len(num)) / len(cells), 1.0 / len(cells))
+        own = squares / (num * freedom)
+        # A few cells show a joint's errors badly: those of a stream with bad stamps or rates grow at all joints alike.
+        alike = self._least * float(np.mean(own / self._least))
+        variance: Array = np.maximum(np.maximum(own, alike), self._least)
         return variance
 
 

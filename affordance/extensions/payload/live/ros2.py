@@ -12,7 +12,8 @@ from typing import Any
 from cyclonedds.core import InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import float64, int32, sequence, uint32
+from cyclonedds.idl.types import float64, int32, uint32
+from cyclonedds.idl.types import sequence as list_of
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
@@ -23,24 +24,24 @@ _TAKEN, _WAIT = 200, 200  # samples taken at once, and time until the reader loo
 
 
 @dataclass
-class _Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):  # type: ignore[call-arg, misc]
+class _Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
     sec: int32
     nanosec: uint32
 
 
 @dataclass
-class _Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):  # type: ignore[call-arg, misc]
+class _Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
     stamp: _Time
     frame_id: str
 
 
 @dataclass
-class _JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):  # type: ignore[call-arg, misc]
+class _JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
     header: _Header
-    name: sequence[str]
-    position: sequence[float64]
-    velocity: sequence[float64]
-    effort: sequence[float64]
+    name: list_of[str]  # type: ignore[type-arg]
+    position: list_of[float64]  # type: ignore[type-arg]
+    velocity: list_of[float64]  # type: ignore[type-arg]
+    effort: list_of[float64]  # type: ignore[type-arg]
 
 
 def read_ros2(topic: str, domain: int, silence: float = float("inf")) -> Iterator[Sample]:
