@@ -69,14 +69,14 @@ class FixedLag:
             return None
         n, reach = self._num, (count - 1) * self._every + 2 * self._margin + 1
         table = np.array(self._rows)
-        grid: Array = self._next - self.lag + self._step * np.arange(reach)
+        grid = np.asarray(self._next - self.lag + self._step * np.arange(reach), dtype=float)
         even = resample(grid, np.array(self._times), table)
         low = np.lib.stride_tricks.sliding_window_view(even, len(self._kernel), axis=0) @ self._kernel
         q, signal = low[:, :n], low[:, -n:]
         v = low[:, n : 2 * n] if table.shape[1] == 3 * n else np.gradient(q, self._step, axis=0)
         vdot = np.gradient(v, self._step, axis=0)
         kept = _MARGIN + self._every * np.arange(count)
-        times: Array = self._next + self.step * np.arange(count)
+        times = np.asarray(self._next + self.step * np.arange(count), dtype=float)
         self._next += count * self.step
         old = bisect.bisect(self._times, self._next - self.lag - 2.0 * self._step) - 1
         if old > 0:
@@ -86,5 +86,7 @@ class FixedLag:
 
 def join(parts: list[PreparedRun]) -> PreparedRun:
     """Joins stretches of filtered rows that follow each other."""
-    columns = zip(*(part[:-1] for part in parts), strict=True)
-    return PreparedRun(*(np.concatenate(column) for column in columns), cutoff=parts[0].cutoff)
+    times, q, v, vdot, signal = (
+        np.concatenate(columns) for columns in zip(*(each[:-1] for each in parts), strict=True)
+    )
+    return PreparedRun(times, q, v, vdot, signal, parts[0].cutoff)

@@ -23,6 +23,7 @@ from affordance.extensions.payload.evidence.unpaired_runs import fit_empty_arm, 
 from affordance.extensions.payload.identify import Runs, check_run, find_gains, identify
 from affordance.extensions.payload.live.fixed_lag import FixedLag, join
 from affordance.extensions.payload.live.load_change import WAIT, Cell, LoadChange
+from affordance.extensions.payload.live.stamps import Stamps
 from affordance.extensions.payload.payload_claim import judge_claim
 from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.posterior.inference import infer
@@ -151,6 +152,7 @@ class LiveIdentifier:
         self._change = LoadChange(self._fitted, self._gains)
         self.num_samples, self.num_skipped, self.num_late = 0, 0, 0
         self._set: PayloadSetting | None = None
+        self._has_v: bool | None = None
         self._offered = -np.inf  # time of the last trusted answer, [s]
         self._forget()
         content = {
@@ -169,6 +171,8 @@ class LiveIdentifier:
         self._raw: list[tuple[Array, Array | None, Array]] = []
         self._steps: deque[float] = deque(maxlen=_NUM_STEPS)
         self._filter: FixedLag | None = None
+        self._stamps = Stamps[tuple[Array, Array | None, Array]]()
+        self._arrived, self._latest = -np.inf, -np.inf  # stamp of the last sample, and the latest stamp, [s]
         self._newest, self._batched = -np.inf, -np.inf
         self._unnamed: float | None = None  # time of a change that has no name yet, [s]
         self._before: tuple[bool, tuple[float, float]] = (True, (0.0, _LITTLE))  # little held, interval of the mass
@@ -215,40 +219,44 @@ class LiveIdentifier:
             given[name] = row
         if not np.isfinite(t):
             raise BadValueError("the stream", "time", f"is {t}, must be a finite number of seconds")
-        if self._raw and (v is None) != (self._raw[-1][1] is None):
+        if self._has_v is not None and self._has_v == (v is None):
             raise BadValueError("the stream", "v", "must be given for all samples or for none")
+        self._has_v = v is not None
         events: list[LiveEvent] = []
-        step = t - self._newest
+        jump, has_begun = t - self._latest, np.isfinite(self._latest)
         gap = max(_GAP, 5.0 * self._filter.step if self._filter else _GAP)
-        if self._times and (step > gap or step < -_RESET):
-            events += self._cut(t, step)
-        elif self._times and (step < -self.lag or t == self._newest):
+        if has_begun and (jump > gap or jump < -_RESET):
+            events += self._cut(t, jump)
+        elif has_begun and (jump < -(self.lag or _GAP) or jump == 0.0):
             self.num_late += 1  # too late to count, or twice the same
             return events
-        if self._times:
-            self._steps.append(step)
+        if np.isfinite(self._arrived):
+            self._steps.append(t - self._arrived)
+        self._arrived, self._latest = t, max(self._latest, t)
         self.num_samples += 1
-        place = bisect.bisect(self._times, t) if step < 0.0 else len(self._times)
+        for time, sample in self._stamps.put(t, (given["q"], given.get("v"), given["signal"])):
+            events += self._insert(time, sample, behind)
+        return events
+
+    def _insert(self, t: float, sample: tuple[Array, Array | None, Array], behind: float) -> Iterator[LiveEvent]:
+        """Inserts a sample in order of time, and goes on if enough have come."""
+        place = bisect.bisect(self._times, t) if t < self._newest else len(self._times)
         if place and self._times[place - 1] == t:
             self.num_late += 1
-            return events
+            return
         self._times.insert(place, t)
-        self._raw.insert(place, (given["q"], given.get("v"), given["signal"]))
+        self._raw.insert(place, sample)
         self._newest = max(self._newest, t)
-        row = np.concatenate(list(given.values()))
-        if self._filter is None:
-            if len(self._times) < _FIRST:
-                return events
+        if self._filter is not None:
+            self._filter.add(t, _build_row(sample))
+        elif len(self._times) >= _FIRST:
             typical = (self._times[-1] - self._times[0]) / (len(self._times) - 1)
-            self._filter = FixedLag(self._cutoff, typical, n, self._settings.max_rate)
+            self._filter = FixedLag(self._cutoff, typical, self.robot.num_joints, self._settings.max_rate)
             for time, each in zip(self._times, self._raw, strict=True):
-                self._filter.add(time, np.concatenate([values for values in each if values is not None]))
-        else:
-            self._filter.add(t, row)
-        if self._newest - self._batched >= _BATCH:
+                self._filter.add(time, _build_row(each))
+        if self._filter is not None and self._newest - self._batched >= _BATCH:
             self._batched = self._newest
-            events += self._advance(behind)
-        return events
+            yield from self._advance(behind)
 
     def close(self) -> list[LiveEvent]:
         """Ends the stream; returns the final answer about what is held, if it was not yet given."""
@@ -487,3 +495,8 @@ class LiveIdentifier:
                 f"{self.robot.joint_names[j]}: the signal for the arm's own weight is {now[j] / then[j]:.2g} times "
                 "that of the empty run: does the stream have another unit?"
             )
+
+
+def _build_row(sample: tuple[Array, Array | None, Array]) -> Array:
+    """Joins angles, velocities if there are any, and signals, shape (2n,) or (3n,)."""
+    return np.concatenate([values for values in sample if values is not None])

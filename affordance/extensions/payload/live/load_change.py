@@ -122,7 +122,7 @@ class LoadChange:
         squares += np.maximum(2.0 * (residual[1:] * residual[:-1]).sum(axis=0), 0.0)
         freedom = np.maximum(1.0 - (1.0 + NUM_PARAMETERS / len(num)) / len(cells), 1.0 / len(cells))
         own = squares / (num * freedom)
-        # A few cells show a joint's errors badly: those of a stream with bad stamps or rates grow at all joints alike.
+        # A few cells show a joint's errors badly; those of bad stamps or rates grow at all joints alike.
         alike = self._least * float(np.mean(own / self._least))
         variance: Array = np.maximum(np.maximum(own, alike), self._least)
         return variance
