@@ -17,6 +17,7 @@ from .extensions.memory.ledger import Ledger, Selection, open_memory
 from .extensions.memory.trial_evidence import TrialEvidence
 from .extensions.payload.evidence.gains import Gains, read_gains, write_gains
 from .extensions.payload.identify import Runs, identify
+from .extensions.payload.live.live_identifier import LiveEvent, LiveIdentifier
 from .extensions.payload.posterior.payload_belief import PayloadBelief
 from .extensions.payload.recording.run import Run
 from .extensions.payload.recording.run_file import read_run
@@ -47,6 +48,8 @@ __all__ = [
     "ImportOptions",
     "Learner",
     "Ledger",
+    "LiveEvent",
+    "LiveIdentifier",
     "Material",
     "MaterialMemory",
     "ModelFileError",

@@ -115,6 +115,11 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
             "--payload belief.json --posture 0 0.5 0 1.2 0 0.3 0",
             "payload",
         ),
+        "live": Entry(
+            "follow a running robot: what does it hold now, with intervals; commands nothing",
+            "--demo",
+            "payload",
+        ),
         "memory": Entry(
             "show, edit or verify a lasting memory of the objects that robots have held",
             "show robot.sqlite",

@@ -18,6 +18,7 @@ from affordance.version import __version__
 EXTRAS = {
     "bags": ("rosbags", "reads ROS bags"),
     "parquet": ("pyarrow", "reads Parquet and LeRobot recordings"),
+    "dds": ("cyclonedds", "reads joint states of ROS 2, without ROS"),
     "people": ("arviz", "summarises fits to people"),
     "tutorials": ("jupyterlab", "opens the tutorials as notebooks"),
     "mjcf": ("mujoco", "reads MJCF models of robots"),

@@ -65,6 +65,8 @@ def declare_identify(parser: argparse.ArgumentParser) -> None:
     add("--anyway", action="store_true", help="write, learn and print lines even if the result is not to be trusted")
     what = "leave out samples of a joint while it is slower than this, rad/s (default 0.03)"
     add("--min-speed", type=float, help=what)
+    what = "cut-off of the low-pass filter, Hz, such as that of live (default: four times the motion's bandwidth)"
+    add("--cutoff", type=float, metavar="HZ", help=what)
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording from the package")
     add_answer(parser, "belief.json, samples.npz, gains.yaml and figures")
@@ -127,3 +129,38 @@ def _add_write(parser: argparse.ArgumentParser) -> None:
     add("--write", type=Path, metavar="FILE", help=what)
     what = "also write N bodies drawn from the posterior, as FILE with a number (with --write)"
     add("--draws", type=int, default=0, metavar="N", help=what)
+
+
+def declare_live(parser: argparse.ArgumentParser) -> None:
+    """Declares the arguments of ``live``."""
+    add = parser.add_argument
+    add(
+        "robot", nargs="?", type=Path, help="model folder of import-arm, or a robot's file (default: the paper's arm)"
+    )
+    robot = find_group(parser, ROBOT).add_argument
+    robot("--tip", help="link that carries the payload (default: that of the first empty run or the folder)")
+    what = (
+        "frame of the controller's flange, for lines to paste and what is set (default: the tip in the robot's file)"
+    )
+    robot("--flange", metavar="NAME", help=what)
+    what = "recordings with an empty hand, best three of 15 s; without them, --record makes some"
+    add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help=what)
+    what = "YAML file that describes these runs (default: for RUN.csv the file RUN.yaml in its folder)"
+    add("--description", type=Path, help=what)
+    add("--gains", type=Path, help="known gains (gains.yaml, written by identify with --reference-mass)")
+    source = parser.add_argument_group("where samples come from (default: JSON lines, or a table, on standard input)")
+    source = source.add_mutually_exclusive_group()
+    source.add_argument("--ros2", metavar="TOPIC", help="joint states of ROS 2, such as /joint_states; needs no ROS")
+    source.add_argument("--rtde", metavar="HOST[:PORT]", help="a Universal Robots controller")
+    source.add_argument("--replay", type=Path, nargs="+", metavar="RUN", help="recordings, one after the other")
+    what = "recordings of the package; or fr3, a robot in another process, simulated by MuJoCo"
+    source.add_argument("--demo", nargs="?", const="bar", choices=("bar", "fr3"), help=what)
+    add("--domain", type=int, metavar="N", help="domain of --ros2 (default: the variable ROS_DOMAIN_ID, else 0)")
+    add("--once", action="store_true", help="end with the first final answer")
+    add("--seconds", type=float, metavar="S", help="end after S seconds of the stream")
+    what = "kind of the signal, without empty runs (default joint_torque)"
+    add("--signal", choices=("joint_torque", "motor_torque", "current"), default="joint_torque", help=what)
+    output = find_group(parser, OUTPUT).add_argument
+    output("--record", type=Path, metavar="DIR", help="folder for what is seen, as recordings that identify reads")
+    output("--json", action="store_true", help="print each event as a line of JSON")
+    parser.set_defaults(object=None, robot_option=None)

@@ -26,7 +26,7 @@ from affordance.extensions.payload.posterior.part_posterior import SeenObject
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.run import Run
 from affordance.extensions.payload.recording.run_file import read_run
-from affordance.extensions.payload.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings, SignalKind
+from affordance.extensions.payload.settings import CUTOFF, MIN_SPEED, NUM_SAMPLES, IdentificationSettings, SignalKind
 from affordance.extensions.robots.recorded_arm import Flange, find_flange, find_imported_tip, load_robot
 from affordance.files.atomic import write_atomic
 from affordance.files.model_folder import MODELS
@@ -50,10 +50,10 @@ def run(arguments: argparse.Namespace) -> int:
     prior = options.read_prior(arguments, "a seen object")
     loaded = read_run(arguments.loaded, arguments.description)
     empty = tuple(read_run(path, arguments.description) for path in arguments.empty)
-    robot = _load_robot(arguments, loaded)
+    robot = load_robot_of(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     claimed = {str(path): read_payload(path) for path in arguments.claimed}
-    flange = _find_flange(arguments, robot, loaded)
+    flange = find_flange_of(arguments, robot, loaded)
     if claimed and isinstance(flange, str):
         raise BadValueError("--claimed", "", f"must be in the frame of the flange, but {flange}")
     for file, setting in claimed.items():
@@ -193,10 +193,18 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
     if arguments.min_speed is not None:
         check_number("--min-speed", arguments.min_speed, MIN_SPEED.low, MIN_SPEED.high, "rad/s")
         settings = replace(settings, min_speed=arguments.min_speed)
+    if arguments.cutoff is not None:
+        check_number("--cutoff", arguments.cutoff, CUTOFF.low, CUTOFF.high, "Hz")
+        settings = replace(settings, cutoff=arguments.cutoff)
     return settings
 
 
-def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
+def load_robot_of(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
+    """Loads the robot of a command's arguments, up to the tip that they, a run's description or the folder name.
+
+    Raises:
+        BadValueError: It is given twice, cannot be read, or its tip is not named.
+    """
     given = [each for each in (arguments.robot, arguments.robot_option) if each is not None]
     if len(given) > 1:
         raise BadValueError(
@@ -222,7 +230,7 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
         raise
 
 
-def _find_flange(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
+def find_flange_of(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
     """Finds the frame in which the controller expects a payload, or returns why there is none."""
     if loaded.description.kind is SignalKind.WRENCH and not arguments.flange:
         return f"a controller accepts no payload in the sensor frame {robot.tip} (name the flange: --flange NAME)"

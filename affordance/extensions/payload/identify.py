@@ -105,9 +105,7 @@ def identify(
     loaded, *empty = (express_in_sensor(arm, run.arrange(arm.joint_names)) for run in (runs.loaded, *runs.empty))
     _check_kinds(loaded, empty)
     for run in (*empty, loaded):
-        run.check_rates(arm.velocity_limits, arm.limits, arm.source)
-        _check_angles(arm, run)
-        check_sensors(run)
+        check_run(arm, run)
     if loaded.description.postures:  # at rest nothing is filtered, and the errors of postures are independent
         settings = replace(settings, block=POSTURE_STEP, trim=0.0, min_speed=0.0)
     first = (*empty, loaded)[0]
@@ -123,7 +121,7 @@ def identify(
         # The difference of two runs needs no gains before the weighed load determines them.
         before = build_nominal_gains(arm.joint_names, description.kind, settings)
     else:
-        before = _find_gains(arm, loaded, empty, gains, settings)
+        before = find_gains(arm, loaded, empty, gains, settings)
     try:
         evidence = _choose_analysis(loaded, empty, paired)(arm, loaded, empty, before, settings)
         solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
@@ -234,6 +232,17 @@ def _assume_of_hand(
         yield "the held object is the one that was named, with the stated pose in the hand and accuracy of its sizes"
 
 
+def check_run(arm: SerialChain, run: Run) -> None:
+    """Checks that an arm can have moved as in a run, and that its sensors work.
+
+    Raises:
+        BadValueError: A joint turns too fast or beyond its limits, or a sensor never changes.
+    """
+    run.check_rates(arm.velocity_limits, arm.limits, arm.source)
+    _check_angles(arm, run)
+    check_sensors(run)
+
+
 def _check_angles(arm: SerialChain, run: Run) -> None:
     """Checks that a run stays within the angle limits of the arm's joints."""
     low, high = arm.limits
@@ -255,7 +264,7 @@ def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analys
     return build_paired_evidence if paired else build_unpaired_evidence
 
 
-def _find_gains(
+def find_gains(
     arm: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains | None, settings: IdentificationSettings
 ) -> Gains:
     """Returns the gains as known before the loaded run."""

@@ -11,6 +11,7 @@ from affordance.files.constraints import SEEDS, Setting, Whole, Within, check_fi
 
 NUM_SAMPLES = Whole(100, 1_000_000)
 MIN_SPEED = Within(0.0, 10.0)  # [rad/s]
+CUTOFF = Within(0.1, 1e3)  # [Hz]
 _SHARE = Within(0.0, 10.0)
 _RECORDED = "docs/decisions/0020-recorded-data.md"
 
@@ -117,6 +118,7 @@ class IdentificationSettings:
         min_speed: Speed below which the direction of friction is uncertain and a joint's samples are left out,
             [rad/s].
         cutoff_factor: Cut-off of the low-pass filter as a multiple of the motion's bandwidth.
+        cutoff: Cut-off of the low-pass filter, [Hz]; None for that multiple.
         trim: Time that is cut off at either end, where filters ring, [s].
         block: Length of the blocks from which the correlation of errors is estimated, [s].
         max_rate: Rate to which faster runs are decimated after filtering, [Hz].
@@ -151,6 +153,7 @@ class IdentificationSettings:
         Within(0.1, 1e3),
         Setting("1", "a fourth-order Butterworth filter is exact to 1e-5 at a quarter of its cut-off"),
     ] = 4.0
+    cutoff: Annotated[float, CUTOFF, Setting("Hz", "the motion's, unless a caller fixes it")] | None = None
     trim: Annotated[float, Within(0.0, 1e3), Setting("s", "filters ring")] = 1.0
     block: Annotated[float, Within(1e-3, 1e3), Setting("s", "errors are correlated over 0.3 to 1 s")] = 2.0
     max_rate: Annotated[float, Within(1.0, 1e5), Setting("Hz", "an assumption")] = 100.0

@@ -136,4 +136,4 @@ def test_payload_of_a_folder_is_at_the_tip_of_its_file_and_a_seen_object_in_the_
     run = SimpleNamespace(description=SimpleNamespace(tip="", base="", compensated_payload=np.zeros(10)))
     for seen, tip in ((None, TIP.tip), (Path("tools.yaml"), "hand_grip")):
         words = Namespace(robot=folder, robot_option=None, tip=None, object=seen)
-        assert identify._load_robot(words, run).tip == tip  # type: ignore[arg-type]
+        assert identify.load_robot_of(words, run).tip == tip  # type: ignore[arg-type]

@@ -57,10 +57,12 @@ def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
     """Computes the cut-off of the filter that passes a run's motion, [Hz].
 
     It is a multiple of the bandwidth that contains 99.9 % of the velocity's power, for the joint with the largest
-    bandwidth.
+    bandwidth. The cut-off of the settings, if there is one, is taken instead.
     """
     if run.description.postures:
         return 1.0 / POSTURE_STEP  # nothing is filtered
+    if settings.cutoff is not None:
+        return min(settings.cutoff, _FASTEST * run.rate / 2.0)
     times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     v = resample(times, run.times, np.gradient(run.q, run.times, axis=0) if run.v is None else run.v)
     v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints at rest record only noise

@@ -1,0 +1,175 @@
+"""Pick-ups by a foreign robot, simulated by MuJoCo in this process, and followed live."""
+
+import tempfile
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance import LiveEvent, LiveIdentifier, Run, Runs, identify, load_robot
+from affordance.extensions.payload.evidence.gains import Gains
+from affordance.extensions.payload.live.foreign_robot import ARMS, Sample, Truth, simulate, spoil, write_model
+from affordance.extensions.payload.recording.run import RunDescription
+from affordance.extensions.payload.settings import SignalKind
+from affordance.plant.serial_chain import SerialChain
+
+# Masses, [kg], from what an arm's sensors can hardly feel to what it may carry.
+MASSES = {"fr3": (0.15, 3.0), "ur5e": (0.15, 4.5)}
+# What happens to a stream on its way: share of lost samples, jitter of stamps, [s], and whether velocities are there.
+WAYS = {"whole": (0.0, 0.0, True), "spoilt": (0.05, 0.005, False)}
+_BEFORE, _LOADED, _AFTER, _EMPTY, _CONSTANT = 5.0, 11.0, 4.0, 12.0, 60.0  # lengths of motion, [s]
+_WEIGHED = 2.5  # load with which currents are calibrated, [kg]
+_NUM_EMPTY = 3
+
+
+@dataclass(frozen=True)
+class PickupConfig:
+    """Configuration of the pick-ups of one arm."""
+
+    arm: str  # name in ARMS
+    way: str = "whole"  # name in WAYS
+    seed: int = 0
+
+
+class Followed:
+    """A robot whose empty arm is known, and the events of a stream."""
+
+    def __init__(self, config: PickupConfig, repeat: int) -> None:
+        """Records the empty runs, and for currents a weighed load, and fits the arm."""
+        self._config, self._seed = config, 10_000 * config.seed + 10 * repeat
+        self._lose, self._jitter, self._has_v = WAYS[config.way]
+        self.robot = _load(config.arm)
+        self.empty = [self._record(f"move {_EMPTY:g}", k) for k in range(1, 1 + _NUM_EMPTY)]
+        self.gains = self._weigh() if ARMS[config.arm].signal == "current" else None
+        self.live = LiveIdentifier(self.robot, self.empty, gains=self.gains)
+        self.events: list[LiveEvent] = []
+        self.milliseconds: dict[str, list[float]] = {"sample": [], "belief": []}
+
+    def _simulate(self, script: str, k: int) -> Iterator[Sample | Truth]:
+        return simulate(self._config.arm, script, self._seed + k, arm_seed=self._seed)
+
+    def _record(self, script: str, k: int) -> Run:
+        rows = [each for each in self._simulate(script, k) if isinstance(each, Sample)]
+        description = RunDescription(self.robot.joint_names, SignalKind(ARMS[self._config.arm].signal), tip="flange")
+        t, q, v, signal = (np.array([getattr(row, name) for row in rows]) for name in ("time", "q", "v", "signal"))
+        return Run(f"run {k} ({script})", description, t, q, signal, v if self._has_v else None)
+
+    def _weigh(self) -> Gains | None:
+        loaded, empty = self._record(f"hold {_WEIGHED}, move {_EMPTY:g}", 9), self._record(f"move {_EMPTY:g}", 9)
+        return identify(self.robot, Runs(loaded, (empty,)), reference_mass=_WEIGHED).calibration
+
+    def follow(self, script: str) -> list[Truth]:
+        """Follows a stream to its end; returns what was truly held, in order of time."""
+        marks = []
+        for each in spoil(self._simulate(script, 0), lose=self._lose, jitter=self._jitter, seed=self._seed):
+            if isinstance(each, Truth):
+                marks.append(each)
+                continue
+            start = time.process_time()
+            events = self.live.add(each.time, each.q, each.v if self._has_v else None, each.signal)
+            kinds = [event.kind for event in events]
+            if "final" not in kinds:
+                what = "belief" if "belief" in kinds else "sample"
+                self.milliseconds[what].append(1e3 * (time.process_time() - start))
+            self.events += events
+        return marks
+
+
+def _load(arm: str) -> SerialChain:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{arm}.xml"
+        path.write_text(write_model(arm), encoding="utf-8")
+        return load_robot(path, "flange")
+
+
+def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
+    """Follows one pick-up of a random load.
+
+    Returns:
+        ``mass``, [kg]; ``delay``, [s], from the pick-up until it was noticed, named and known to 5 % and until the
+        belief was enough, NaN if never; ``put``, the delay until the put-down was noticed; ``beliefs``, numbers of
+        beliefs of the load and of those whose interval holds its mass; ``last``, mean, SD and whether the interval of
+        the last belief holds the truth; ``final``, the same of ``identify``, and whether it is trusted; ``com``,
+        errors of the centre of mass of the last belief, [m]; ``false``, number of changes that were none;
+        ``milliseconds``, means for a sample and a belief.
+    """
+    rng = np.random.default_rng((config.seed, list(ARMS).index(config.arm), repeat))
+    mass = float(np.exp(rng.uniform(*np.log(MASSES[config.arm]))))
+    followed = Followed(config, repeat)
+    pick, put = followed.follow(f"move {_BEFORE:g}, pick {mass}, move {_LOADED:g}, put, move {_AFTER:g}")
+    events, nan = followed.events, float("nan")
+
+    def wait(kinds: tuple[str, ...], since: float, until: float = np.inf, test: Any = None) -> float:
+        found = (
+            e.time - since for e in events if e.kind in kinds and since < e.time < until and (not test or test(e))
+        )
+        return next(found, nan)
+
+    def holds(content: Mapping[str, Any]) -> bool:
+        low, high = content["mass_interval90"]
+        return bool(low <= mass <= high)
+
+    beliefs = [
+        e
+        for e in events
+        if e.kind == "belief"
+        and e.content["of"] - e.content["seconds"] > pick.time - 0.1
+        and e.content["of"] < put.time - 0.2
+    ]
+    of_load = [e for e in beliefs if e.time < put.time]
+
+    def until(test: Any) -> float:
+        return next((e.time - pick.time for e in of_load if test(e.content)), nan)
+
+    last = beliefs[-1] if beliefs else None
+    finals = [e for e in events if e.kind == "final" and e.belief is not None and pick.time < e.time < put.time]
+    final = finals[-1] if finals else None
+    changes = [e.time for e in events if e.kind == "changed"]
+    true = [t for t in changes if 0.0 < t - pick.time < 4.0 or 0.0 < t - put.time < 4.0]
+    at_final = next((e for e in reversed(beliefs) if final is not None and e.time <= final.time), None)
+    agreement = nan
+    if final is not None and final.belief is not None and at_final is not None:
+        agreement = (at_final.content["mass_kg"] - final.belief.mass) / final.belief.mass_sd
+    none = np.full(3, nan)
+    return {
+        "mass": np.array(mass),
+        "delay": np.array(
+            [
+                wait(("changed",), pick.time, put.time),
+                wait(("taken up",), pick.time),
+                until(lambda c: c["mass_sd_kg"] <= 0.05 * c["mass_kg"]),
+                until(lambda c: c["enough"]),
+            ]
+        ),
+        "put": np.array(wait(("changed",), put.time)),
+        "beliefs": np.array([len(beliefs), sum(holds(e.content) for e in beliefs)]),
+        "last": none
+        if last is None
+        else np.array([last.content["mass_kg"], last.content["mass_sd_kg"], holds(last.content)]),
+        "com": none if last is None else np.array(last.content["com_m"]) - pick.com,
+        "final": np.full(4, nan)
+        if final is None or final.belief is None
+        else np.array([final.belief.mass, final.belief.mass_sd, holds(final.content), final.belief.is_trusted]),
+        "agreement": np.array(agreement),
+        "false": np.array(len(changes) - len(true)),
+        "milliseconds": np.array([np.mean(followed.milliseconds[what]) for what in ("sample", "belief")]),
+        "doubts": np.array(" | ".join(d for e in finals for d in e.content["doubts"])[:400]),
+    }
+
+
+def run_constant(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
+    """Follows a minute with a constant load, of which every second is none.
+
+    Returns:
+        ``seconds``, the length of the stream, [s]; ``false``, the number of changes that were noticed.
+    """
+    rng = np.random.default_rng((config.seed, 7, list(ARMS).index(config.arm), repeat))
+    mass = float(np.exp(rng.uniform(*np.log(MASSES[config.arm]))))
+    followed = Followed(config, repeat + 500_000)
+    followed.follow(f"{f'hold {mass}, ' if repeat % 2 else ''}move {_CONSTANT:g}")
+    changes = sum(event.kind == "changed" for event in followed.events)
+    return {"seconds": np.array(_CONSTANT), "false": np.array(float(changes))}

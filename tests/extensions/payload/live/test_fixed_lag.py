@@ -1,0 +1,35 @@
+"""The filter of a stream is the offline filter, some tenths of a second late."""
+
+import numpy as np
+import pytest
+from helpers.live_streams import record_loads
+
+from affordance.extensions.payload.live.fixed_lag import FixedLag, join
+from affordance.extensions.payload.recording.preparation import prepare
+from affordance.extensions.payload.settings import DEFAULT_SETTINGS
+
+
+@pytest.mark.parametrize("has_v", [True, False])
+def test_rows_are_those_of_the_offline_filter(robot, has_v):
+    run = record_loads(robot, np.random.default_rng(1), [(8.0, None)])
+    stream, parts = FixedLag(4.0, 0.01, 6, 100.0), []
+    for i, t in enumerate(run.times):
+        stream.add(float(t), np.concatenate([run.q[i], *([run.v[i]] if has_v else []), run.signal[i]]))
+        if (part := stream.take()) is not None:
+            parts.append(part)
+    live = join(parts)
+    assert len(live.times) == pytest.approx((8.0 - 2.0 * stream.lag) * 100.0, abs=12)
+    assert stream.lag == pytest.approx(1.6 / 4.0, abs=0.03)
+    offline = prepare(run if has_v else _without_v(run), DEFAULT_SETTINGS, cutoff=4.0)
+    for name, least in (("q", 2e-3), ("v", 5e-3), ("vdot", 0.03), ("signal", 5e-3)):
+        expected = np.array([np.interp(live.times, offline.times, each) for each in getattr(offline, name).T]).T
+        inside = (live.times > offline.times[0]) & (live.times < offline.times[-1])
+        assert np.abs(getattr(live, name) - expected)[inside].max() < least * max(1.0, np.abs(expected).max())
+
+
+def _without_v(run):
+    return type(run)(run.source, run.description, run.times, run.q, run.signal)
+
+
+def test_a_slow_stream_has_a_lower_cut_off():
+    assert FixedLag(4.0, 0.2, 1, 100.0).cutoff == pytest.approx(0.8 * 2.5)
