@@ -188,10 +188,10 @@ def build_load(size):
         (lambda: hold(RODS[0], NOVICE, duration=0.05), "duration: is 0.05, must be from 0.1 to 3600 s, with"),
         (lambda: Settings(sample_period=NAN), "Settings: sample_period: is nan, must be from 0.0001 to 60"),
         (lambda: WeberNoise(weber_fraction=NAN), "WeberNoise: weber_fraction: is nan, must be from 0 to 1"),
-        (lambda: WhiteNoise(sd=NAN), "WhiteNoise: sd: is nan, must be from 1e-12 to 10000"),
+        (lambda: WhiteNoise(sd=NAN), "WhiteNoise: sd: is nan, must be from 1e-06 to 10000"),
         # Calls that were accepted without a check.
         (lambda: WeberNoise(weber_fraction=-0.07), "WeberNoise: weber_fraction: is -0.07, must be from 0 to 1"),
-        (lambda: WhiteNoise(-1.0), "WhiteNoise: sd: is -1.0, must be from 1e-12 to 10000"),
+        (lambda: WhiteNoise(-1.0), "WhiteNoise: sd: is -1.0, must be from 1e-06 to 10000"),
         (lambda: Prior(sd=-4000.0), "Prior: sd: is -4000.0, must be from 0.001 to 1e\\+12"),
         (lambda: Prior(deviation=-100.0), "Prior: deviation: is -100.0, must be from 0 to 1"),
         (
