@@ -165,7 +165,7 @@ def test_assumptions_of_identification_and_kinds_come_with_value_and_source():
     identification, learners = generated.list_identification(), generated.list_learners()
     settings = IdentificationSettings()
     for name in typing.get_type_hints(IdentificationSettings):
-        assert f"| `{name}` | " in identification or name in ("signal_prior", "seed")
+        assert f"| `{name}` | " in identification or name in ("signal_prior", "seed", "cutoff")
     for kind, name in itertools.product(SignalKind, typing.get_type_hints(SignalPrior)):
         assert f"| {kind.value}: `{name}` | " in identification
     assert f"| `block` | {settings.block:g} | s |" in identification
@@ -226,7 +226,7 @@ def test_how_tos_show_code_that_runs(tmp_path, monkeypatch):
 
 def test_questions_are_the_titles_of_how_tos():
     titles = [path.read_text().partition("\n")[0] for path in (ROOT / "docs" / "howto").glob("*.md")]
-    assert len(titles) == 12
+    assert len(titles) == 13
     assert all(re.fullmatch(r"# .*\?", title) for title in titles)
 
 

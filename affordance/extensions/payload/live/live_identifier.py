@@ -71,6 +71,11 @@ class LiveEvent:
         content: Numbers and texts for JSON, in SI units, at the tip.
         belief: Posterior of the payload, of a belief or a final answer; None otherwise.
         run: Rows of a final answer, as ``identify`` got them; None otherwise.
+
+    Example:
+        >>> from affordance import LiveEvent
+        >>> LiveEvent("at rest", 2.0, {"since": 1.5}).to_dict()
+        {'event': 'at rest', 'time': 2.0, 'since': 1.5}
     """
 
     kind: str
