@@ -162,7 +162,7 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
 
 
 def run_constant(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Follows a minute with a constant load, of which every second is none.
+    """Follows a constant load for a minute or more, in which every change is false.
 
     Returns:
         ``seconds``, the length of the stream, [s]; ``false``, the number of changes that were noticed.

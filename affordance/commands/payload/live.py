@@ -225,13 +225,15 @@ def _follow_foreign(arguments: argparse.Namespace) -> int:
         if arguments.record is not None:
             recorder = Recorder(arguments.record, describe(runs[0].with_suffix(".yaml"), robot.joint_names, *_OF_FR3))
         used = _Program(robot, Flange(robot.tip, np.eye(4)), live, recorder)
-        with (folder / "truth").open("w") as truth:
+        with (folder / "truth").open("w", encoding="utf-8") as truth:
             words = [*program, "--script", _SCRIPT]
-            with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=truth, text=True) as process:
+            with subprocess.Popen(
+                words, stdout=subprocess.PIPE, stderr=truth, text=True, encoding="utf-8"
+            ) as process:
                 assert process.stdout is not None
                 status = _use(arguments, used, read_lines(process.stdout, robot.joint_names))
                 process.terminate()
-        for line in (folder / "truth").read_text().splitlines():
+        for line in (folder / "truth").read_text(encoding="utf-8").splitlines():
             mark = json.loads(line)
             mass = f" of {mark['mass_kg']:.3f} kg" if mark["mark"] == "pick" else ""
             options.tell(arguments, f"In truth: {mark['mark']}{mass} at {mark['time']:.1f} s.")

@@ -244,7 +244,7 @@ class LiveIdentifier:
         return events
 
     def _insert(self, t: float, sample: tuple[Array, Array | None, Array], behind: float) -> Iterator[LiveEvent]:
-        """Inserts a sample in order of time, and goes on if enough have come."""
+        """Inserts a sample in order of time, and filters what is complete."""
         place = bisect.bisect(self._times, t) if t < self._newest else len(self._times)
         if place and self._times[place - 1] == t:
             self.num_late += 1
