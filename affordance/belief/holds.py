@@ -1,4 +1,4 @@
-"""What was felt of things, kept hold by hold, and its log likelihood at given densities, for many observers at once.
+"""Measured torques of things, kept hold by hold, and their log likelihood at given densities, for many observers.
 
 The torques of N holds are kept with the thing that was held. Holds that differ in the measured torques alone are one
 entry, with the mean and the sum of squares of these. Evidence that is a quadratic function of a thing's densities is
@@ -233,7 +233,7 @@ def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
 
 
 class Felt(NamedTuple):
-    """What B observers felt in one lift of a thing with C densities."""
+    """Evidence of B observers from one lift of a thing with C densities."""
 
     hold: Holds  # of one thing, (B, 1, ...)
     log_constant: Array  # added to the log likelihood, (B,)

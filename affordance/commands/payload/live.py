@@ -45,7 +45,7 @@ _EMPTY_SCRIPT, _SCRIPT = "move 15", "move 5, pick 1.2, move 12, put, move 4"
 
 
 class _Program(NamedTuple):
-    """What a run of the command uses."""
+    """Robot, identifier and recorder of one run of the command."""
 
     robot: SerialChain
     flange: Flange | str

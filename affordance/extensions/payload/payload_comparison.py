@@ -47,7 +47,7 @@ class Estimate(NamedTuple):
 
 
 class Comparison(NamedTuple):
-    """Whether two payloads can be the same body.
+    """Verdict on two payloads: the same body, different ones, or open.
 
     Attributes:
         verdict: "same", "different" or "open".

@@ -1,1 +1,1 @@
-"""What a running robot holds now: from a stream of joint states, without a command to the robot."""
+"""Identification of a running robot's load from a stream of joint states; the robot gets no command."""

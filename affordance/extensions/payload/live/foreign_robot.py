@@ -145,7 +145,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Truth:
-    """What the robot holds from a time on: mass, [kg], and centre of mass at the flange, [m]."""
+    """Load of the robot from a time on: mass, [kg], and centre of mass at the flange, [m]."""
 
     time: float
     mark: str

@@ -31,7 +31,7 @@ _HELPS = 0.95  # a next pose that leaves a larger share of all SDs is not worth 
 
 
 class Weighing(NamedTuple):
-    """What a force-torque sensor bears: posterior, how the table was read, doubts."""
+    """Load on a force-torque sensor: posterior, how the table was read, doubts."""
 
     poses: Poses
     axes: str  # axes of the wrench, "sensor" or "base"
@@ -86,7 +86,7 @@ class Weighing(NamedTuple):
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """What the poses do not show, a sentence each."""
+        """Parameters that the poses do not show, with the remedy, a sentence each."""
         axes = ", ".join(name for name, sd in zip("xyz", self.sd[1:4], strict=True) if sd > _SEEN_CENTRE)
         return (f"the centre of mass along {axes}: tilt the sensor about two axes",) if axes else ()
 
