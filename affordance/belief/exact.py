@@ -43,6 +43,25 @@ _MOST_STEPS, _MOST_HALVINGS = 100, 40
 _LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in double precision
 
 
+class Experience(NamedTuple):
+    """Prior of M mean densities, and evidence of B observers about T things with at most C densities."""
+
+    prior: Normals  # of the mean densities
+    holds: Holds
+    kinds: NDArray[np.intp]  # index of the mean of each density, (B, T, C)
+    is_used: Mask  # True where a thing has that many densities, (B, T, C)
+    deviation: Array  # SD of a thing's density as a fraction of the mean, (B,)
+    # Number of the thing of each observer whose densities are wanted, (B,), or of K things of a single observer,
+    # (K,); None for none.
+    things: NDArray[np.intp] | None = None
+
+    def take(self, rows: NDArray[np.intp]) -> "Experience":
+        """Returns the experience of some observers."""
+        of_things = None if self.things is None else self.things[rows]
+        arrays = (self.kinds[rows], self.is_used[rows], self.deviation[rows])
+        return Experience(self.prior.take(rows), self.holds.take(rows), *arrays, of_things)
+
+
 class GivenMeans(NamedTuple):
     """Normal distributions of an object's C densities given M mean densities, with a linear mean, for B observers."""
 
@@ -78,9 +97,8 @@ class _Point(NamedTuple):
 class _Model:
     """Log posterior of scores and deviations of some observers."""
 
-    def __init__(
-        self, prior: Normals, holds: Holds, kinds: NDArray[np.intp], is_used: Mask, deviation: Array
-    ) -> None:
+    def __init__(self, experience: Experience) -> None:
+        prior, holds, kinds, is_used, deviation, _ = experience
         self.holds, self.deviation = holds, deviation[:, None, None, None]
         self.precision, self.information = prior.precision[:, None], prior.information_vector[:, None]
         self.size = prior.mean.shape[1]
@@ -295,36 +313,20 @@ def _put(mode: _Mode, rows: NDArray[np.intp], part: _Mode) -> _Mode:
     return _Mode(put(mode.z, part.z), put(mode.d, part.d), point, curvature)
 
 
-def compute_posterior(
-    prior: Normals,
-    holds: Holds,
-    kinds: NDArray[np.intp],
-    is_used: Mask,
-    deviation: Array,
-    things: NDArray[np.intp] | None = None,
-) -> Posterior:
-    """Computes the posterior of mean densities, and of one thing's own densities.
-
-    Args:
-        prior: Prior of M mean densities.
-        holds: What was felt of T things with at most C densities.
-        kinds: Index of the mean of each density, (B, T, C).
-        is_used: True where a thing has that many densities, (B, T, C).
-        deviation: SD of an object's density as a fraction of the mean, (B,).
-        things: Number of the thing of each observer whose densities are wanted, (B,), or of K things of a single
-            observer, (K,); None for none.
-    """
+def compute_posterior(experience: Experience) -> Posterior:
+    """Computes the posterior of mean densities, and of one thing's own densities."""
+    prior, holds, kinds, is_used, deviation, things = experience
     B, M = prior.mean.shape
     owned = ((kinds[..., None] == np.arange(M)) & is_used[..., None]).any(axis=2)  # (B, T, M)
     joined = (prior.covariance != 0.0) | np.eye(M, dtype=bool) | (owned.mT @ owned)
     joined = np.linalg.matrix_power(joined, M)  # (B, M, M)
     patterns = np.concatenate([joined.reshape(B, -1), owned.any(axis=1)], axis=1)
     if (patterns != patterns[:1]).any():
-        return _split(prior, holds, kinds, is_used, deviation, things, patterns)
+        return _split(experience, patterns)
     joined = joined[0]
     if not (joined.all() and owned.any()):
-        return _divide(prior, holds, kinds, is_used, deviation, things, joined, owned)
-    model = _Model(prior, holds, kinds, is_used, deviation)
+        return _divide(experience, joined, owned)
+    model = _Model(experience)
     T, C = kinds.shape[1:]
     is_separate = not is_used[..., 1:].any() and not prior.covariance[:, ~np.eye(M, dtype=bool)].any()
     z, d = _start(model, prior, T, C)
@@ -365,30 +367,12 @@ def compute_posterior(
     return Posterior(means, own_normals, given_means, log_evidence)
 
 
-def _split(
-    prior: Normals,
-    holds: Holds,
-    kinds: NDArray[np.intp],
-    is_used: Mask,
-    deviation: Array,
-    things: NDArray[np.intp] | None,
-    patterns: Mask,
-) -> Posterior:
+def _split(experience: Experience, patterns: Mask) -> Posterior:
     """Computes the posteriors of observers in groups of equal patterns, so that none depends on others."""
     numbers = np.unique(patterns, axis=0, return_inverse=True)[1].ravel()
     parts = [np.flatnonzero(numbers == number) for number in range(numbers.max() + 1)]
     order = np.argsort(np.concatenate(parts))
-    found = [
-        compute_posterior(
-            prior.take(rows),
-            holds.take(rows),
-            kinds[rows],
-            is_used[rows],
-            deviation[rows],
-            None if things is None else things[rows],
-        )
-        for rows in parts
-    ]
+    found = [compute_posterior(experience.take(rows)) for rows in parts]
 
     def join(*arrays: Array) -> Array:
         return np.concatenate(arrays)[order]
@@ -399,27 +383,19 @@ def _split(
     means, own, given_means, log_evidence = zip(*found, strict=True)
     return Posterior(
         join_normals(*means),
-        None if things is None else join_normals(*own),
-        None if things is None else GivenMeans(*map(join, *given_means)),
+        None if experience.things is None else join_normals(*own),
+        None if experience.things is None else GivenMeans(*map(join, *given_means)),
         join(*log_evidence),
     )
 
 
-def _divide(
-    prior: Normals,
-    holds: Holds,
-    kinds: NDArray[np.intp],
-    is_used: Mask,
-    deviation: Array,
-    things: NDArray[np.intp] | None,
-    joined: Mask,
-    owned: Mask,
-) -> Posterior:
+def _divide(experience: Experience, joined: Mask, owned: Mask) -> Posterior:
     """Computes posteriors of groups of mean densities that no prior and no thing joins, apart from each other.
 
     ``joined``, (M, M), tells which are of one group, and ``owned``, (B, T, M), which a thing has. A group that no
     thing has keeps its prior.
     """
+    prior, holds, kinds, is_used, deviation, things = experience
     B, M = prior.mean.shape
     mean, covariance = prior.mean.copy(), prior.covariance.copy()
     own, given_means, rows, log_evidence = None, None, np.arange(B), np.zeros(B)
@@ -439,13 +415,11 @@ def _divide(
         numbers, places = np.zeros(M, dtype=np.intp), np.zeros(kinds.shape[1], dtype=np.intp)
         numbers[chosen], places[kept] = np.arange(len(chosen)), np.arange(len(kept))
         used = is_used[:, kept] & is_own[:, kept, None]
+        of_group = of_group._replace(thing=places[of_group.thing], counts=np.where(is_felt, of_group.counts, 0.0))
+        own_kinds = np.where(used, numbers[kinds[:, kept]], 0)
+        wanted = None if things is None else places[things]
         found = compute_posterior(
-            prior.select(chosen.tolist()),
-            of_group._replace(thing=places[of_group.thing], counts=np.where(is_felt, of_group.counts, 0.0)),
-            np.where(used, numbers[kinds[:, kept]], 0),
-            used,
-            deviation,
-            None if things is None else places[things],
+            Experience(prior.select(chosen.tolist()), of_group, own_kinds, used, deviation, wanted)
         )
         mean[:, chosen], covariance[:, chosen[:, None], chosen] = found.means.mean, found.means.covariance
         log_evidence = log_evidence + found.log_evidence

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from affordance.arrays import Array, Mask
-from affordance.belief.exact import compute_posterior
+from affordance.belief.exact import Experience, compute_posterior
 from affordance.belief.holds import Holds, keep_holds, start_holds
 from affordance.belief.learner import Seen, State
 from affordance.belief.normals import Normals
@@ -102,9 +102,8 @@ def infer_kinds(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]
     sd = np.where(is_kind, state["kind_sd"], 1.0)
     prior = Normals(state["kind_mean"], sd[..., None] ** 2 * np.eye(sd.shape[1]))
     kinds = state["specimen_kind"]
-    found = compute_posterior(
-        prior, Holds.of(state), np.maximum(kinds - 1, 0), kinds > 0, state["deviation"], specimens
-    )
+    of_things = np.maximum(kinds - 1, 0), kinds > 0, state["deviation"]
+    found = compute_posterior(Experience(prior, Holds.of(state), *of_things, specimens))
     both = is_kind[:, :, None] & is_kind[:, None, :]
     covariance = np.where(both, found.means.covariance, 0.0)
     assert found.own is not None

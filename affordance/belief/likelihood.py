@@ -26,14 +26,6 @@ class Likelihood(NamedTuple):
     log_peak: float | Array = np.nan
     num_values: int = 0  # number of measured values
 
-    @classmethod
-    def stack(cls, likelihoods: "Sequence[Likelihood]") -> "Likelihood":
-        """Stacks likelihoods along a new first dimension; all must have as many measured values as the first."""
-        P, q, log_constant, log_peak = (
-            np.array(each) for each in zip(*(one[:4] for one in likelihoods), strict=True)
-        )
-        return cls(P, q, log_constant, log_peak, likelihoods[0].num_values)
-
     def take(self, rows: Any) -> "Likelihood":
         """Returns the entries at one or several indices along the first dimension."""
         shape = self.information_vector.shape[:-1]

@@ -45,7 +45,7 @@ def compute_mean_excess(t: Array) -> Array:
     """Computes the mean of e ~ N(t, 1) given e > 0."""
     u = 1.0 / np.minimum(t, _FAR_TAIL) ** 2
     far = np.sqrt(u) * (1.0 - u * (2.0 - u * (10.0 - 74.0 * u)))
-    mean: Array = np.where(t < _FAR_TAIL, far, t + _compute_hazard(t))
+    mean: Array = np.where(t < _FAR_TAIL, far, t + compute_hazard(t))
     return mean
 
 
@@ -56,8 +56,8 @@ def compute_excess(t: Array, log_upper: Array) -> Array:
         # Far below zero log P(> e) is nearly t e - e^2 / 2; this is solved for e, and one Newton step refines e.
         d = np.maximum(-t, -_FAR_TAIL)
         guess = -2.0 * log_upper / (np.sqrt(d**2 - 2.0 * log_upper) + d)
-        rest = np.log(_compute_hazard(-d) / _compute_hazard(-d - guess))
-        excess = np.where(t < _FAR_TAIL, guess + rest / _compute_hazard(-d - guess), excess)
+        rest = np.log(compute_hazard(-d) / compute_hazard(-d - guess))
+        excess = np.where(t < _FAR_TAIL, guess + rest / compute_hazard(-d - guess), excess)
     return excess
 
 
@@ -121,7 +121,7 @@ def _solve_saddle_point(a: Array, U: Array, t: Array) -> Array:
 
 def _compute_residual(a: Array, U: Array, t: Array) -> tuple[Array, Array, Array]:
     """Computes hazards, mean excesses, and the residual of the equations times U^-1, which balances its scales."""
-    h, e = _compute_hazard(t), compute_mean_excess(t)
+    h, e = compute_hazard(t), compute_mean_excess(t)
     return h, e, np.linalg.solve(U, a - e) + U.T @ h
 
 
@@ -146,7 +146,7 @@ def _compute_log_weight(tilt: float, lower: Array) -> Array:
     return log_weight
 
 
-def _compute_hazard(t: Array) -> Array:
+def compute_hazard(t: Array) -> Array:
     """Computes phi(t) / Phi(t); the scaled erfcx keeps its digits where numerator and denominator underflow."""
     hazard: Array = np.sqrt(2.0 / np.pi) / erfcx(-t / np.sqrt(2.0))
     return hazard

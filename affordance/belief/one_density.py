@@ -12,7 +12,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import CERTAIN
 from affordance.belief.density_belief import Prior
-from affordance.belief.exact import Posterior, compute_posterior
+from affordance.belief.exact import Experience, Posterior, compute_posterior
 from affordance.belief.holds import Felt, Holds, add_hold, add_holds, forget_things, start_holds
 from affordance.belief.learner import Draws, Learner, Lesson, Seen, State, describe_start
 from affordance.belief.normals import Normals
@@ -92,14 +92,10 @@ class OneDensity(Learner):
 
     def infer(self, state: State, seen: Seen | None = None) -> tuple[State, Posterior]:
         """Computes the belief from all holds; returns the state with it, and the posterior with the seen thing's."""
-        posterior = compute_posterior(
-            Normals.from_information(state["precision"], state["information"]),
-            Holds.of(state),
-            state["thing_kind"],
-            state["has_colour"],
-            state["deviation"],
-            None if seen is None else seen.things,
-        )
+        prior = Normals.from_information(state["precision"], state["information"])
+        of_things = state["thing_kind"], state["has_colour"], state["deviation"]
+        wanted = None if seen is None else seen.things
+        posterior = compute_posterior(Experience(prior, Holds.of(state), *of_things, wanted))
         return {**state, "mean": posterior.means.mean, "covariance": posterior.means.covariance}, posterior
 
     @override

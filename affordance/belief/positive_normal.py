@@ -1,9 +1,9 @@
-"""Moments of a normal variable restricted to positive values, and the normal distribution that has given ones."""
+"""The normal distribution that has given moments when it is restricted to positive values."""
 
 import numpy as np
-from scipy.special import erfcx
 
 from affordance.arrays import Array
+from affordance.belief.minimax_tilting import compute_hazard
 
 # Ratio of mean and SD above which the restriction changes neither by more than 1e-15.
 _UNRESTRICTED = 9.0
@@ -12,11 +12,10 @@ _LEAST_RATIO = 1.002
 _STEPS = 60
 
 
-def compute_moments(mean: Array, sd: Array) -> tuple[Array, Array]:
-    """Computes mean and SD of N(mean, sd^2) restricted to positive values."""
-    a = mean / sd
-    hazard = np.sqrt(2.0 / np.pi) / erfcx(-a / np.sqrt(2.0))
-    return sd * (a + hazard), sd * np.sqrt(np.maximum(1.0 - hazard * (a + hazard), 1e-300))
+def _compute_moments(mean: Array) -> tuple[Array, Array]:
+    """Computes mean and SD of N(mean, 1) restricted to positive values."""
+    hazard = compute_hazard(mean)
+    return mean + hazard, np.sqrt(np.maximum(1.0 - hazard * (mean + hazard), 1e-300))
 
 
 def find_untruncated(mean: Array, sd: Array) -> tuple[Array, Array]:
@@ -31,9 +30,9 @@ def find_untruncated(mean: Array, sd: Array) -> tuple[Array, Array]:
     low, high = np.full(ratio.shape, -40.0), ratio
     for _ in range(_STEPS if ratio.size else 0):
         middle = 0.5 * (low + high)
-        one, other = compute_moments(middle, np.ones_like(middle))
+        one, other = _compute_moments(middle)
         is_low = one < ratio * other
         low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-    scale[cut] = mean[cut] / compute_moments(high, np.ones_like(high))[0]
+    scale[cut] = mean[cut] / _compute_moments(high)[0]
     center[cut] = high * scale[cut]
     return center, scale

@@ -6,7 +6,6 @@ from helpers.reference_holds import MODEL, feel
 
 from affordance.belief.holds import Holds, add_hold, compute_log_likelihood, forget_things, start_holds
 from affordance.belief.learner import Seen
-from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
 from studies import exact_reference as reference
 
@@ -64,8 +63,8 @@ def evaluate(likelihood, rho):
 def test_quadratic_touches_the_exact_likelihood_at_the_mode_of_the_posterior(error):
     (hold,), *_ = reference.build_case([[8000, 700]], 1, error=error)
     normals = Normals(np.array([[4000.0, 1000.0]]), np.array([[[2000.0**2, 0.0], [0.0, 800.0**2]]]))
-    likelihood = feel(hold).find_likelihood(normals).take(0)
-    mode = normals.condition(Likelihood.stack([likelihood])).mean[0]
+    found = feel(hold).find_likelihood(normals)
+    likelihood, mode = found.take(0), normals.condition(found).mean[0]
 
     def compute(rho):
         return reference.compute_log_likelihood(rho[None], [hold], SHARED)[0]
