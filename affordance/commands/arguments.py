@@ -79,14 +79,14 @@ def add_prior_set(parser: argparse.ArgumentParser) -> None:
 
 
 def add_answer(parser: argparse.ArgumentParser, files: str) -> None:
-    """Adds ``--json`` and ``--out``, a folder for the named files; see ``options.give_answer``."""
+    """Adds ``--json`` and ``--out``, a folder for the named files; see ``answers.give_answer``."""
     add_json(parser)
     what = f"folder for {files} (default: no files)"
     find_group(parser, OUTPUT).add_argument("--out", type=Path, metavar="DIR", help=what)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--json``; see ``options.print_answer``."""
+    """Adds ``--json``; see ``answers.print_answer``."""
     find_group(parser, OUTPUT).add_argument("--json", action="store_true", help="print the answer as JSON")
 
 

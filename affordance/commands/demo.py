@@ -4,7 +4,7 @@ import argparse
 import shlex
 from collections.abc import Mapping, Sequence
 
-from affordance.commands.options import tell
+from affordance.commands.answers import tell
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 

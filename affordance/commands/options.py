@@ -9,9 +9,7 @@ from affordance.arguments import JOBS, REPEATS, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner import Learner
 from affordance.belief.learner_file import load_learner
-from affordance.commands.answers import give_answer as give_answer
-from affordance.commands.answers import print_answer as print_answer
-from affordance.commands.answers import tell as tell
+from affordance.commands.answers import tell
 from affordance.commands.catalogue import LEARNER_NAMES, find_learner
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.constraints import SEEDS

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from affordance.arguments import JOBS, REPEATS, check_number, check_whole
-from affordance.commands import options
+from affordance.commands import answers, options
 from affordance.commands.catalogue import EXPERIMENTS, OF_THE_PAPER, find_experiment
 from affordance.commands.setups import check_experiment, check_learner, open_experiment, read_setup
 from affordance.commands.terminal import find_width
@@ -45,7 +45,7 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
             check_learner(name, changes)
     robot = options.open_robot(arguments)
     if arguments.robot is not None and arguments.robot.is_file():
-        options.tell(arguments, f"{arguments.robot.name}: models in {robot.folder}")
+        answers.tell(arguments, f"{arguments.robot.name}: models in {robot.folder}")
     kinds = {each.settings for each in experiments.values()}
     setup = read_setup(arguments, robot, changes, kinds.pop() if len(kinds) == 1 else Settings)
     setup = change_by_extensions(setup, arguments, robot)
@@ -58,18 +58,18 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
         for name, each in experiments.items():
             each.read(setup)
             rehearse(name, each, setup)
-        options.tell(arguments, "One observer passed the whole analysis; now all others are run.")
+        answers.tell(arguments, "One observer passed the whole analysis; now all others are run.")
     report, left_out, findings = run_suite(
         experiments,
         setup,
-        begin=lambda names: options.tell(arguments, describe_plan(names, setup)) if len(names) > 1 else None,
-        announce=lambda page: options.tell(arguments, f"The report so far: {page.resolve().as_uri()}"),
+        begin=lambda names: answers.tell(arguments, describe_plan(names, setup)) if len(names) > 1 else None,
+        announce=lambda page: answers.tell(arguments, f"The report so far: {page.resolve().as_uri()}"),
     )
     numbers = {name: str(setup.out / name / "metrics.json") for name in experiments if name not in left_out}
     content = {"report": str(report), "numbers": numbers, "findings": findings, "left_out": left_out}
     width = find_width()
     lines = [line for name, finding in findings.items() for line in break_line(f"{name}: {finding}", width)]
-    options.print_answer(arguments, "\n".join([*lines, f"The report: {report}"]), content)
+    answers.print_answer(arguments, "\n".join([*lines, f"The report: {report}"]), content)
     if left_out:
         print(f"Left out, for reasons given in the report: {', '.join(left_out)}", file=sys.stderr)
         return LEFT_OUT

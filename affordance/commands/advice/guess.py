@@ -2,7 +2,7 @@
 
 import argparse
 
-from affordance.commands import options
+from affordance.commands import answers, options
 from affordance.commands.advice.workbench import (
     break_lines,
     know_materials,
@@ -35,5 +35,5 @@ def run(arguments: argparse.Namespace) -> int:
     lines += [describe_surprise(surprise) for each in expected for surprise in each.surprises]
     lines += describe_expectations(content["expected"], width, by_part=True)
     lines.append(f"materials: {describe_knowledge(content)}")
-    options.give_answer(arguments, "guess", break_lines(lines, width), content)
+    answers.give_answer(arguments, "guess", break_lines(lines, width), content)
     return 0

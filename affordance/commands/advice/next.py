@@ -17,7 +17,8 @@ from affordance.commands.advice.workbench import (
     see_tools,
     tell_sources,
 )
-from affordance.commands.options import give_answer, open_robot
+from affordance.commands.answers import give_answer
+from affordance.commands.options import open_robot
 from affordance.commands.terminal import find_width
 from affordance.exceptions import AffordanceError, name_object
 from affordance.extensions.advice.advice_figure import draw_holds

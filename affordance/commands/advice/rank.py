@@ -21,8 +21,9 @@ from affordance.commands.advice.workbench import (
     see_tools,
     tell_sources,
 )
+from affordance.commands.answers import give_answer
 from affordance.commands.demo import TRIALS, announce, check_alone
-from affordance.commands.options import change_by_name, give_answer, open_robot
+from affordance.commands.options import change_by_name, open_robot
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.extensions.advice.advice_text import build_content, describe_advice, name_materials

@@ -9,7 +9,7 @@ import numpy as np
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.likelihood import Quadratic
-from affordance.commands import options
+from affordance.commands import answers, options
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError, describe_choice, show_text
 from affordance.extensions.memory.ledger import Ledger, Selection, export_trials, import_trials, open_memory
@@ -70,26 +70,26 @@ def run(arguments: argparse.Namespace) -> int:
             case "forget":
                 number = _forget(arguments, ledger)
                 text = f"{ledger.place}: {_count(number)} forgotten, {len(ledger)} remain"
-                options.print_answer(arguments, text, {"forgotten": number, "trials": len(ledger)})
+                answers.print_answer(arguments, text, {"forgotten": number, "trials": len(ledger)})
             case "merge" | "import" | "weigh":
                 new, replaced = ledger.add(trials)
                 earlier = f", {replaced} replaced by an earlier record" if replaced else ""
                 text = f"{ledger.place}: {new} of {_count(len(trials))} new{earlier}, {len(ledger)} in all"
                 content = {"given": len(trials), "new": new, "replaced": replaced, "trials": len(ledger)}
-                options.print_answer(arguments, text, content)
+                answers.print_answer(arguments, text, content)
             case "export":
                 path = Path(arguments.files[0])
                 number = export_trials(ledger, path)
-                options.print_answer(arguments, f"{path}: {_count(number)} written", {"written": number})
+                answers.print_answer(arguments, f"{path}: {_count(number)} written", {"written": number})
             case "join":
                 ledger.join([_read_pair(word) for word in arguments.files])
                 joins = ledger.list_joins()
                 text = f"{ledger.place}: {_describe_joins(joins) or 'no colours are joined'}"
-                options.print_answer(arguments, text, {"joins": dict(joins)})
+                answers.print_answer(arguments, text, {"joins": dict(joins)})
             case "verify":
                 faults = ledger.verify()
                 text = "\n".join(faults) or f"{ledger.place}: {_count(len(ledger))}, all sound"
-                options.print_answer(arguments, text, {"faults": faults, "trials": len(ledger)})
+                answers.print_answer(arguments, text, {"faults": faults, "trials": len(ledger)})
                 return FAULTY if faults else 0
     return 0
 
@@ -232,7 +232,7 @@ def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
         "things": [_unfold(each) for each in summary.things],
     }
     text = _describe(ledger, summary, names)
-    options.give_answer(arguments, "memory", text, content, lambda: draw_memory(summary, names))
+    answers.give_answer(arguments, "memory", text, content, lambda: draw_memory(summary, names))
 
 
 def _unfold(each: object) -> dict[str, object]:

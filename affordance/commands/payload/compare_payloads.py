@@ -2,7 +2,7 @@
 
 import argparse
 
-from affordance.commands import options
+from affordance.commands import answers
 from affordance.exceptions import BadValueError
 from affordance.extensions.payload.payload_comparison import (
     NAMES,
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     comparison = compare_estimates(first, second)
     text = "\n".join(_describe(first, second, comparison))
     content = comparison.to_dict() | {"files": [first.name, second.name], "frames": [first.frame, second.frame]}
-    options.print_answer(arguments, text, content | {"trusted": [first.is_trusted, second.is_trusted]})
+    answers.print_answer(arguments, text, content | {"trusted": [first.is_trusted, second.is_trusted]})
     return 0 if first.is_trusted and second.is_trusted else 3
 
 

@@ -8,7 +8,7 @@ import yaml
 
 from affordance.arguments import check_number, check_whole
 from affordance.arrays import Array
-from affordance.commands import options
+from affordance.commands import answers, options
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.extensions.payload.excitation.expectation import Aim, Expectation, Spread, find_errors
@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
         write_text(arguments.out / "to_start.yaml", format_trajectory(robot.joint_names, there))
         write_text(arguments.out / "back_home.yaml", format_trajectory(robot.joint_names, back))
     text = "\n".join(part for line in lines for part in break_line(line, width))
-    options.give_answer(arguments, _NAME, text, content)
+    answers.give_answer(arguments, _NAME, text, content)
     return 0
 
 

@@ -5,7 +5,7 @@ import argparse
 import numpy as np
 
 from affordance.arguments import check_number
-from affordance.commands import options
+from affordance.commands import answers
 from affordance.exceptions import BadValueError
 from affordance.extensions.payload.payload_comparison import read_estimate
 from affordance.extensions.robots.recorded_arm import load_robot
@@ -60,5 +60,5 @@ def run(arguments: argparse.Namespace) -> int:
     content = {"joints": list(robot.joint_names), "angle": arguments.posture}
     for name, torque, sd in zip(("arm", "payload", "sum"), torques, sds, strict=True):
         content |= {f"{name}_nm": torque.tolist(), f"{name}_sd_nm": sd.tolist()}
-    options.print_answer(arguments, text, content)
+    answers.print_answer(arguments, text, content)
     return 0 if payload is None or payload.is_trusted else 3

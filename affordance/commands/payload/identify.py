@@ -10,7 +10,7 @@ import numpy as np
 from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.commands import options
+from affordance.commands import answers, options
 from affordance.commands.demo import ARM_FILE, MASS, PIECE, fill_in_recording
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
@@ -117,7 +117,7 @@ def run(arguments: argparse.Namespace) -> int:
             draws=arguments.draws,
             seed=arguments.seed,
         )
-    options.give_answer(arguments, "belief", text, content)
+    answers.give_answer(arguments, "belief", text, content)
     return 0 if belief.is_trusted and belief.shows_mass else 3
 
 
@@ -126,7 +126,7 @@ def _run_demo(arguments: argparse.Namespace) -> int:
     fill_in_recording(arguments, flange=HAND_FRAME)
     status = run(arguments)
     if not arguments.json:
-        options.tell(arguments, f"\nThe true mass of the {PIECE} in the simulation is {MASS:.3f} kg.")
+        answers.tell(arguments, f"\nThe true mass of the {PIECE} in the simulation is {MASS:.3f} kg.")
     return status
 
 

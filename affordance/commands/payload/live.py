@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arguments import check_number, check_whole
-from affordance.commands import options
+from affordance.commands import answers
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, announce, check_alone
 from affordance.commands.payload.identify import find_flange_of, load_robot_of
 from affordance.exceptions import PROSE, BadValueError, show_text
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
         words = ["live", ARM_FILE, "--empty", EMPTY, "--replay", EMPTY, LOADED, "--flange", arguments.flange]
         announce(arguments, words)
         status = _follow(arguments, _prepare(arguments))
-        options.tell(arguments, f"\nThe true mass of the {PIECE} in the simulation is {MASS:.3f} kg.")
+        answers.tell(arguments, f"\nThe true mass of the {PIECE} in the simulation is {MASS:.3f} kg.")
         return status
     return _follow_foreign(arguments)
 
@@ -187,13 +187,13 @@ def _use(arguments: argparse.Namespace, program: _Program, source: Iterator[Samp
                 show(live.close())
     if recorder is not None:
         recorder.cut()
-        options.tell(arguments, f"Recorded: {recorder.folder}")
+        answers.tell(arguments, f"Recorded: {recorder.folder}")
     if first is None:
         raise BadValueError("the stream", "", "ended without a sample")
     if live is None:
         return 0
     left = f", {live.num_skipped} beliefs left out as it came late" if live.num_skipped else ""
-    options.tell(arguments, f"{live.num_samples} samples, {live.num_late} of them double or too late{left}")
+    answers.tell(arguments, f"{live.num_samples} samples, {live.num_late} of them double or too late{left}")
     return status
 
 
@@ -236,7 +236,7 @@ def _follow_foreign(arguments: argparse.Namespace) -> int:
         for line in (folder / "truth").read_text(encoding="utf-8").splitlines():
             mark = json.loads(line)
             mass = f" of {mark['mass_kg']:.3f} kg" if mark["mark"] == "pick" else ""
-            options.tell(arguments, f"In truth: {mark['mark']}{mass} at {mark['time']:.1f} s.")
+            answers.tell(arguments, f"In truth: {mark['mark']}{mass} at {mark['time']:.1f} s.")
     return status
 
 

@@ -4,12 +4,8 @@ import argparse
 from dataclasses import replace
 
 from affordance.belief.learners import LEARNERS
-from affordance.commands.options import (
-    check_bounds,
-    open_robot,
-    print_answer,
-    read_learner,
-)
+from affordance.commands.answers import print_answer
+from affordance.commands.options import check_bounds, open_robot, read_learner
 from affordance.commands.people.people_options import open_table
 from affordance.commands.setups import check_own_name, read_setup
 from affordance.commands.terminal import find_width

@@ -6,13 +6,9 @@ from pathlib import Path
 
 from affordance.arguments import check_number
 from affordance.belief.learners import list_learners
+from affordance.commands.answers import print_answer
 from affordance.commands.catalogue import EXPERIMENTS
-from affordance.commands.options import (
-    check_bounds,
-    open_robot,
-    print_answer,
-    read_changes,
-)
+from affordance.commands.options import check_bounds, open_robot, read_changes
 from affordance.commands.people.arguments import MOST_OBSERVERS
 from affordance.commands.people.people_options import SUFFIXES, open_table
 from affordance.commands.setups import check_experiment, check_learner, check_own_name, open_experiment, read_setup

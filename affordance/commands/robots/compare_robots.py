@@ -4,7 +4,7 @@ import argparse
 import math
 from collections.abc import Sequence
 
-from affordance.commands.options import give_answer
+from affordance.commands.answers import give_answer
 from affordance.commands.terminal import find_width
 from affordance.extensions.robots.comparison import (
     NAMES,

@@ -7,7 +7,7 @@ import time
 from tqdm import tqdm
 
 from affordance.arguments import check_number
-from affordance.commands.options import print_answer
+from affordance.commands.answers import print_answer
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.extensions.robots.importer import ImportOptions, parse_values

@@ -8,7 +8,7 @@ import webbrowser
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from affordance.commands import options
+from affordance.commands import answers, options
 from affordance.commands.catalogue import OF_THE_PAPER
 from affordance.commands.setups import check_experiment, read_setup
 from affordance.extensions.watch.show import Show
@@ -19,7 +19,7 @@ def run(arguments: argparse.Namespace) -> int:
     options.check_bounds(arguments)
     check_experiment(arguments, OF_THE_PAPER)
     if arguments.robot is not None and arguments.robot.is_file():
-        options.tell(
+        answers.tell(
             arguments, f"{arguments.robot.name}: importing it takes about half a minute, unless that was done before."
         )
     robot = options.open_robot(arguments)
