@@ -23,7 +23,6 @@ from affordance.extensions.payload.evidence.unpaired_runs import fit_empty_arm, 
 from affordance.extensions.payload.identify import Runs, check_run, find_gains, identify
 from affordance.extensions.payload.live.fixed_lag import FixedLag, join
 from affordance.extensions.payload.live.load_change import WAIT, Cell, LoadChange
-from affordance.extensions.payload.live.stamps import Stamps
 from affordance.extensions.payload.payload_claim import judge_claim
 from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.posterior.inference import infer
@@ -176,7 +175,6 @@ class LiveIdentifier:
         self._raw: list[tuple[Array, Array | None, Array]] = []
         self._steps: deque[float] = deque(maxlen=_NUM_STEPS)
         self._filter: FixedLag | None = None
-        self._stamps = Stamps[tuple[Array, Array | None, Array]]()
         self._arrived, self._latest = -np.inf, -np.inf  # stamp of the last sample, and the latest stamp, [s]
         self._newest, self._batched = -np.inf, -np.inf
         self._unnamed: float | None = None  # time of a change that has no name yet, [s]
@@ -239,8 +237,7 @@ class LiveIdentifier:
             self._steps.append(t - self._arrived)
         self._arrived, self._latest = t, max(self._latest, t)
         self.num_samples += 1
-        for time, sample in self._stamps.put(t, (given["q"], given.get("v"), given["signal"])):
-            events += self._insert(time, sample, behind)
+        events += self._insert(t, (given["q"], given.get("v"), given["signal"]), behind)
         return events
 
     def _insert(self, t: float, sample: tuple[Array, Array | None, Array], behind: float) -> Iterator[LiveEvent]:
