@@ -154,6 +154,7 @@ class LiveIdentifier:
         ]
         self._fitted = fit_empty_arm(self._arm, parts, signals, self._gains, settings)
         self._change = LoadChange(self._fitted, self._gains)
+        self._own_weight = weigh_arm(self._arm, runs[0], self._gains, settings)[:, 0]
         self.num_samples, self.num_skipped, self.num_late = 0, 0, 0
         self._set: PayloadSetting | None = None
         self._has_v: bool | None = None
@@ -491,10 +492,10 @@ class LiveIdentifier:
             yield f"the stream: a step takes {longest:.2f} s, at most {_LONG_STEP:g} s is usual: {advice}"
         if np.median(steps) < _BURSTS * steps.mean():
             yield f"the stream: most samples come in bursts: {advice}"
-        now, then = (weigh_arm(self._arm, each, self._gains, self._settings)[:, 0] for each in (run, self._empty[0]))
-        for j in np.flatnonzero(np.abs(np.log(now / then)) > np.log(_UNIT_FACTOR)):
+        ratio = weigh_arm(self._arm, run, self._gains, self._settings)[:, 0] / self._own_weight
+        for j in np.flatnonzero(np.abs(np.log(ratio)) > np.log(_UNIT_FACTOR)):
             yield (
-                f"{self.robot.joint_names[j]}: the signal for the arm's own weight is {now[j] / then[j]:.2g} times "
+                f"{self.robot.joint_names[j]}: the signal for the arm's own weight is {ratio[j]:.2g} times "
                 "that of the empty run: does the stream have another unit?"
             )
 
