@@ -37,7 +37,10 @@ CHUNK = 16384  # densities whose likelihood is computed at once, so that arrays 
 
 
 class Model(NamedTuple):
-    """Constants of the model. ``shared_geometry``: an object's error of geometry is the same in all of its holds."""
+    """Constants of the model. ``shared_geometry``: an object's error of geometry is the same in all of its holds.
+
+    ``priors`` has mean and SD by material where they differ between materials, as they do for kinds.
+    """
 
     prior_mean: float = 1000.0  # [kg/m^3]
     prior_sd: float = 4000.0  # [kg/m^3]
@@ -45,6 +48,7 @@ class Model(NamedTuple):
     s0: float = 0.097  # [N m]
     w: float = 0.07
     shared_geometry: bool = False
+    priors: tuple[tuple[float, float], ...] = ()  # in place of prior_mean and prior_sd
 
 
 class Hold(NamedTuple):
@@ -179,9 +183,10 @@ def compute_marginals(log_mass: Array, axes: Sequence[Axis]) -> list[Marginal]:
 def integrate(objects: dict[int, list[Hold]], owned: dict[int, Sequence[int]], axes: Axes, model: Model) -> Posterior:
     """Integrates over given grids. All materials of these objects have one joint grid, in ascending order."""
     names = sorted({i for k in objects for i in owned[k]})
-    log_prior, lowest = np.zeros([1] * len(names)), -model.prior_mean / model.prior_sd
+    log_prior = np.zeros([1] * len(names))
     for position, i in enumerate(names):
-        log_p = truncnorm.logpdf(axes[i].x, lowest, np.inf, loc=model.prior_mean, scale=model.prior_sd)
+        mean, sd = model.priors[i] if model.priors else (model.prior_mean, model.prior_sd)
+        log_p = truncnorm.logpdf(axes[i].x, -mean / sd, np.inf, loc=mean, scale=sd)
         log_prior = log_prior + align(log_p + np.log(axes[i].dx), [position], len(names))
     likelihoods, kernels, log_integrals = {}, {}, {}
     positions = {k: [names.index(i) for i in owned[k]] for k in objects}
