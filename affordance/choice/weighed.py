@@ -184,9 +184,10 @@ def _find_surprises(belief: DensityBelief, name: str, weighed: WeighedObject) ->
     found = []
     owner = np.array(weighed.columns)[:, None] == np.arange(belief.size)
     sums = _mark_weighed(weighed) * np.array([part.shape.volume for part in weighed.parts]) @ owner  # (W, M)
-    for each, volumes in zip(weighed.weighings, sums, strict=True):
+    of_drawing = compute_mass_errors(weighed, belief.untruncated_mean[list(weighed.columns)])  # (W, G)
+    for each, volumes, errors in zip(weighed.weighings, sums, of_drawing, strict=True):
         expected = float(volumes @ belief.untruncated_mean)
-        variance = float(volumes @ belief.covariance @ volumes)
+        variance = float(volumes @ belief.covariance @ volumes + errors @ errors)
         if abs(each.mass - expected) > _ODD * np.sqrt(variance + each.sd**2):
             found.append(Surprise(name, each.mass, expected, float(np.sqrt(variance))))
     return found

@@ -23,6 +23,8 @@ from affordance.exceptions import BadArgumentError
 
 NUM_PARAMETERS = 10
 _NUM_AXES = 3
+# Largest share of its volume that a sample of an uncertain shape may lose.
+_MOST_LOST = 0.95
 # Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
 DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
 
@@ -213,7 +215,12 @@ class Geometry:
         """Computes parameters, (N, 10), from densities, (N, M), [kg/m^3], and errors, (N, G), in SD units."""
         parameters: Array = rho @ self.Phi.T
         for column in np.flatnonzero(self.Phi_errors.any(axis=(0, 1))):  # usually few of many materials
-            parameters += errors @ self.Phi_errors[:, :, column] * rho[:, [column]]
+            # The change of the volume is a factor of all parameters, and what is left is the change of the form. To
+            # first order this is their sum, but a large change of the volume moves no centre of mass.
+            change, Phi = errors @ self.Phi_errors[:, :, column], self.Phi[:, column]
+            change /= np.maximum(1.0, -change[:, [0]] / (_MOST_LOST * Phi[0]))
+            grown = change[:, [0]] / Phi[0]
+            parameters += rho[:, [column]] * ((1.0 + grown) * (Phi + change - grown * Phi) - Phi)
         return parameters
 
     def compute_covariance(self, rho: Array) -> Array:

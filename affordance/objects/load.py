@@ -40,7 +40,17 @@ _OF_FILE = "file"
 _SOLIDS: dict[str, type[Primitive]] = {"semi_axes": Ellipsoid, "box": Box, "cylinder": Cylinder, "capsule": Capsule}
 _KINDS = (*_SOLIDS, "mesh")
 # Keys allowed for primitives, and keys allowed for meshes.
-_OF_PRIMITIVES = ("position", "rpy_deg", "material", "colour", "looks_like", "mass", "mass_sd")
+_OF_PRIMITIVES = (
+    "position",
+    "rpy_deg",
+    "material",
+    "colour",
+    "looks_like",
+    "mass",
+    "mass_sd",
+    "volume_sd",
+    "place_sd",
+)
 _OF_MESHES = ("unit", "shell", "materials", *_OF_PRIMITIVES)
 _ORIGIN = (0.0, 0.0, 0.0)
 # Least length of a vector that defines a direction, [1].
@@ -91,7 +101,8 @@ def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
         return _read_mesh(part, folder)
     X_TE = build_pose(entry.position or _ORIGIN, entry.rpy_deg)
     ((material, looks_like),) = _read_materials(part, [None])
-    return (Component(_SOLIDS[kind].from_sizes(getattr(entry, kind)), X_TE, material, looks_like),)
+    solid = _SOLIDS[kind].from_sizes(getattr(entry, kind))
+    return (Component(solid, X_TE, material, looks_like, (), entry.volume_sd, entry.place_sd),)
 
 
 def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
@@ -107,7 +118,9 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
     colours = [body.colour for body in bodies]
     pairs = _read_list(part, found, colours) if entry.materials is not None else _read_materials(part, colours)
     return tuple(
-        Component(body.solid, X_TF @ build_pose(body.p_FEo), material, looks_like)
+        Component(
+            body.solid, X_TF @ build_pose(body.p_FEo), material, looks_like, (), entry.volume_sd, entry.place_sd
+        )
         for body, (material, looks_like) in zip(bodies, pairs, strict=True)
     )
 

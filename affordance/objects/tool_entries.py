@@ -11,10 +11,13 @@ from pydantic import Field
 from affordance.arrays import Array
 from affordance.files.constraints import Length, Name, Vector, Whole, Within
 from affordance.files.data_model import DataModel
+from affordance.objects.tool import CAD_PLACE_SD, CAD_VOLUME_SD
 
 # Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre; other values are
 # mistakes in units, [m].
 SIZE_MIN, SIZE_MAX = 1e-4, 1.0
+# Bounds of the errors of a part's form. With a larger error of its volume, errors to first order mean nothing.
+VOLUME_SD_MAX, PLACE_SD_MAX = 0.6, 0.1
 # Bounds of weighed masses, from a milligram to ten tons; tools beyond them violate other bounds anyway, [kg].
 MASS_MIN, MASS_MAX = 1e-6, 1e4
 
@@ -79,6 +82,16 @@ class ComponentEntry(DataModel):
     mass_sd: Annotated[
         Mass | None, Field(description="Standard deviation of the weighing, [kg]; 1 % if left out.")
     ] = None
+    volume_sd: Annotated[
+        float,
+        Within(0.0, VOLUME_SD_MAX),
+        Field(description="Standard deviation of the volume, as a fraction of it; that of a drawing if left out."),
+    ] = CAD_VOLUME_SD
+    place_sd: Annotated[
+        float,
+        Length(0.0, PLACE_SD_MAX),
+        Field(description="Standard deviation of each coordinate of the centroid, [m]; a drawing's if left out."),
+    ] = CAD_PLACE_SD
 
 
 class StrikeEntry(DataModel):

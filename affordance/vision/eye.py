@@ -16,9 +16,6 @@ from affordance.exceptions import BadArgumentError, show_value
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures, VisionError
 
-# Standard deviations of the errors of a drawing: relative for volume, [m] for position. On all twenty tools masses
-# agree within 0.3 % and centres of mass within 0.15 mm (docs/tools.md says which of these comparisons were blind).
-CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
 # Function that returns the features of an object's components, given the object and a random generator for errors.
 type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 
@@ -62,11 +59,12 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
     """Returns the features in a tool's drawing, whose errors are those of each part's volume and position."""
     features = []
-    for part in measure_features(tool, VisionError(), np.random.default_rng(0)):
+    seen = measure_features(tool, VisionError(), np.random.default_rng(0))
+    for part, drawn in zip(seen, tool.components, strict=True):
         deformations = np.zeros((4, 4, 4))
-        strain = CAD_VOLUME_SD / 3.0
+        strain = drawn.volume_sd / 3.0
         deformations[0, :3, :3] = strain * np.eye(3)
         deformations[0, :3, 3] = -strain * part.X_TE[:3, 3]
-        deformations[1:, :3, 3] = CAD_PLACE_SD * np.eye(3)
+        deformations[1:, :3, 3] = drawn.place_sd * np.eye(3)
         features.append(replace(part, deformations=deformations))
     return tuple(features)

@@ -2,6 +2,7 @@
 
 import itertools
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.colour import is_same_colour
 from affordance.objects.load import list_materials, load_tools
 from affordance.objects.materials import load_materials
+from affordance.objects.tool import CAD_PLACE_SD, CAD_VOLUME_SD, Grip
 
 MATERIALS = """
 brass: {colour: "#b5a642", density: 8500, density_sd: 87, source: a table}
@@ -88,6 +90,15 @@ def test_tool_is_read_as_written(files):
     assert head.shape.semi_axes == (0.02, 0.05, 0.02)
     np.testing.assert_allclose(head.X_TE[:3, :3], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
     np.testing.assert_allclose(head.looks_like.colour, [0xB5 / 255, 0xA6 / 255, 0x42 / 255])
+
+
+def test_errors_of_a_part_are_read_and_otherwise_those_of_a_drawing(files):
+    given = files(TOOLS.replace("material: oak}", "material: oak, volume_sd: 0.3, place_sd: 0.01}", 1))
+    seen, drawn = given.components
+    assert (seen.volume_sd, seen.place_sd) == (0.3, 0.01)
+    assert (drawn.volume_sd, drawn.place_sd) == (CAD_VOLUME_SD, CAD_PLACE_SD)
+    held = replace(given, grips=(Grip("end", np.eye(4)),)).list_gripped()["end"].scaled(2.0, 1.1)
+    assert held.components[0].volume_sd == 0.3
 
 
 def test_mass_and_centres_follow_from_the_parts(files):
@@ -213,6 +224,8 @@ HUNDREDS_OF_DIGITS = "1" + 400 * "0"
         ("[0, 0, 90]", "[0, 0, 900]", "rpy_deg[2]: is 900, must be from -360 to 360"),
         (PART, "material: oak, material: oak}", "is not YAML: the key 'material' twice"),
         (PART, "material: gold}", "material: is 'gold', must be one of brass, oak"),
+        (PART, "material: oak, volume_sd: 25}", "components[0].volume_sd: is 25, must be from 0 to 0.6"),
+        (PART, "material: oak, place_sd: 9}", "components[0].place_sd: is 9, must be from 0 to 0.1"),
         (PART, "material: 3}", "material: is 3, must be a non-empty text"),
         (PART, "material: oak, colour: red}", "components[0].colour: is 'red', must be red, green and blue"),
         ("looks_like: brass", "looks_like: gold", "components[1].looks_like: is 'gold', must be one of"),

@@ -94,6 +94,36 @@ def test_weighed_thing_has_the_moments_of_samples_weighted_by_the_weighing():
     assert found.inertia[0].mean == pytest.approx(np.average(pi[:, 4], weights=weights), rel=0.01)
 
 
+def test_uncertain_form_widens_intervals_and_leaves_no_negative_mass():
+    (part,) = CAN.components
+    known = MaterialMemory.from_densities({part.looks_like.colour: 1000.0})
+    exact = expect(CAN, known).whole
+    seen = expect(replace(CAN, components=(replace(part, volume_sd=0.5, place_sd=0.01),)), known).whole
+    assert exact.mass.p95 - exact.mass.p05 < 0.25 * exact.mass.mean  # 6 % from object to object
+    assert seen.mass.mean == pytest.approx(exact.mass.mean, rel=0.02)
+    # The product of two independent factors, 1 with SDs of 0.5 and 0.06.
+    assert seen.mass.p95 - seen.mass.p05 == pytest.approx(2.0 * 1.645 * 0.507 * exact.mass.mean, rel=0.03)
+    assert seen.com[0].p95 - seen.com[0].p05 == pytest.approx(2.0 * 1.645 * 0.01, rel=0.25)
+    features = measure_drawing(replace(CAN, components=(replace(part, volume_sd=0.6),)))
+    geometry = measure_geometry(features, [0], 1)
+    errors = np.zeros((41, len(geometry.Phi_errors)))
+    errors[:, 0] = np.linspace(-4.0, 4.0, 41)
+    pi = geometry.compute_parameters(np.full((41, 1), 1000.0), errors)
+    assert (pi[:, [0, 4, 5, 6]] > 0.0).all()
+    assert (np.diff(pi[:, 0]) >= -1e-12).all()
+
+
+def test_weighing_within_the_errors_of_the_form_is_no_surprise():
+    (part,) = CAN.components
+    known = MaterialMemory.from_densities({part.looks_like.colour: 1000.0})
+    heavy = 1.8 * expect(CAN, known).whole.mass.mean
+    seen = replace(CAN, components=(replace(part, volume_sd=0.5),), weighings=(Weighing((), heavy, 0.01),))
+    found = expect(seen, known)
+    assert not found.surprises
+    assert expect(replace(CAN, weighings=seen.weighings), known).surprises
+    assert found.whole.mass.mean == pytest.approx(heavy, rel=0.01)
+
+
 def test_truth_is_not_looked_at_and_same_question_has_same_answer():
     heavy = CAN.with_densities({CAN.components[0].looks_like.colour: 9000.0})
     assert expect(heavy, MaterialMemory()) == expect(CAN, MaterialMemory())
