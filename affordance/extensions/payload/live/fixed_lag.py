@@ -40,6 +40,9 @@ class FixedLag:
         kernel = smooth_evenly(impulse, self.cutoff, 1.0 / step)[half : 3 * half + 1, 0]
         self._kernel = kernel / kernel.sum()
         self._margin = half + _MARGIN
+        # Size of white noise of angles in filtered accelerations, and of rates in their differences.
+        first = np.gradient(np.pad(self._kernel, _MARGIN), step)
+        self._noise = float(np.linalg.norm(np.gradient(first, step))), float(np.linalg.norm(first))
         self._times: list[float] = []
         self._rows: list[Array] = []
         self._next: float | None = None  # time of the next filtered row, [s]
@@ -53,6 +56,20 @@ class FixedLag:
     def step(self) -> float:
         """Time between filtered rows, [s]."""
         return self._every * self._step
+
+    @property
+    def alike(self) -> float:
+        """Number of filtered rows that share an error."""
+        return max(1.0, 0.5 / (self.cutoff * self.step))
+
+    def spread_jitter(self, rows: PreparedRun, jitter: float, has_v: bool) -> Array:
+        """Computes how far accelerations are wrong if stamps jitter by some time, [s]; SDs, (N, n), [rad/s^2].
+
+        A sample whose stamp is late by e shows x(t) - e dx/dt at its stamp: the noise of white e is larger the faster
+        the joint, and the derivatives amplify it.
+        """
+        spread: Array = jitter * (self._noise[1] * np.abs(rows.vdot) if has_v else self._noise[0] * np.abs(rows.v))
+        return spread
 
     def add(self, t: float, row: Array) -> None:
         """Adds the sample of a time, [s]: angles, perhaps velocities, and signals, shape (2n,) or (3n,)."""

@@ -342,7 +342,23 @@ class LiveIdentifier:
             analysis="",
             is_difference=True,
         )
-        return Cell.of(evidence.samples, whole.times)
+        return Cell.of(evidence.samples, whole.times, self._spread_jitter(whole))
+
+    def _spread_jitter(self, whole: PreparedRun) -> Array:
+        """Computes the long-run variance of the signal's prediction by jitter of the stamps, (N, n)."""
+        assert self._filter is not None
+        n = self.robot.num_joints
+        middle = whole.select(np.full(n + 1, len(whole.times) // 2))
+        predicted = self._fitted.predict(middle._replace(vdot=np.vstack([np.zeros(n), np.eye(n)])))
+        inertia = predicted[1:] - predicted[0]  # signal of each joint, by column, for the acceleration of each
+        spread = self._filter.spread_jitter(whole, self._measure_jitter(), bool(self._has_v))
+        variance: Array = self._filter.alike * spread**2 @ inertia**2
+        return variance
+
+    def _measure_jitter(self) -> float:
+        """Measures how far stamps are from an even grid, as a standard deviation that outliers hardly move, [s]."""
+        steps = np.array(self._steps)
+        return float(np.median(np.abs(steps - np.median(steps))) / 0.6745 / np.sqrt(2.0))
 
     def _split(self) -> None:
         """Begins a segment at the change, without the cell in which it happened, which is of neither load."""
@@ -482,8 +498,7 @@ class LiveIdentifier:
     def _find_doubts(self, run: Run) -> Iterator[str]:
         """Doubts the stamps of a stream, and its unit."""
         steps, longest = np.array(self._steps), float(np.diff(run.times).max())
-        away = np.abs(steps - np.median(steps))
-        jitter = float(np.median(away)) / 0.6745 / np.sqrt(2.0)
+        jitter = self._measure_jitter()
         advice = "stamps must be the times of the samples, not of sending"
         if jitter > _MOST_JITTER:
             usual = f"at most {1e3 * _MOST_JITTER:g} ms is usual"

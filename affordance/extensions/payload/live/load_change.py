@@ -44,15 +44,17 @@ class Cell(NamedTuple):
     products: Array  # sum of z z^T of each channel, shape (C, 27, 27)
     sums: Array  # sum of z, shape (C, 27)
     counts: Array  # number of used samples, shape (C,)
+    jitter: Array  # sum over used samples of the long-run variance of errors by jitter of stamps, shape (C,)
     start: float  # time of the first row, [s]
     end: float  # time of the last row, [s]
 
     @classmethod
-    def of(cls, samples: ChannelSamples, times: Array) -> "Cell":
-        """Computes the sums of samples at times, shape (N,), [s]."""
+    def of(cls, samples: ChannelSamples, times: Array, jitter: Array) -> "Cell":
+        """Computes the sums of samples at times, (N,), [s], with long-run variances by jitter of stamps, (N, C)."""
         z = samples.build_columns()
         counts = samples.used.sum(axis=0, dtype=float)
-        return cls(z.transpose(0, 2, 1) @ z, z.sum(axis=1), counts, float(times[0]), float(times[-1]))
+        spread = (samples.used * jitter).sum(axis=0)
+        return cls(z.transpose(0, 2, 1) @ z, z.sum(axis=1), counts, spread, float(times[0]), float(times[-1]))
 
     @property
     def moves(self) -> bool:
@@ -79,7 +81,7 @@ class LoadChange:
             if sum(cell.moves for cell in old) < _FEWEST_BEFORE or sum(cell.moves for cell in new) < _FEWEST_AFTER:
                 continue
             variance = self._measure_variance(old, anything)
-            before, after = self._linearise(old, variance), self._linearise(new, variance)
+            before, after = (self._linearise(each, variance + _average_jitter(each)) for each in (old, new))
             covariance = np.linalg.inv(np.linalg.inv(anything) + before.precision)
             mean = covariance @ before.information
             floor = build_phantom_covariance(float(np.hypot(self._phantom, _FLOOR_SHARE * mean[0])))
@@ -98,7 +100,7 @@ class LoadChange:
 
     def _explain(self, cells: Sequence[Cell]) -> float:
         """Computes the log evidence of cells under one load of which nothing is known."""
-        likelihood = PayloadLikelihood(_join(cells), self._prior, self._least)
+        likelihood = PayloadLikelihood(_join(cells), self._prior, self._least + _average_jitter(cells))
         return float(likelihood.compute_log_evidence(build_phantom_covariance(1.0), np.array([_ANY_LOAD]))[0])
 
     def _linearise(self, cells: Sequence[Cell], variance: Array) -> Quadratic:
@@ -132,6 +134,13 @@ def _join(cells: Sequence[Cell]) -> JointStatistics:
     """Adds the sums of cells; blocks, from which no variance is estimated here, are left empty."""
     products, sums, counts = (sum(each) for each in zip(*(cell[:3] for cell in cells), strict=True))
     return JointStatistics(products, 0.0 * products, 0.0 * products, sums, counts, 1, 0)  # type: ignore[arg-type]
+
+
+def _average_jitter(cells: Sequence[Cell]) -> Array:
+    """Averages the long-run variance of errors by jitter over cells, (C,)."""
+    sums, counts = (sum(getattr(cell, name) for cell in cells) for name in ("jitter", "counts"))
+    mean: Array = sums / np.maximum(counts, 1.0)
+    return mean
 
 
 def _integrate(likelihood: Quadratic, mean: Array, covariance: Array) -> float:

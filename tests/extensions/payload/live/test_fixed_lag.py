@@ -27,6 +27,21 @@ def test_rows_are_those_of_the_offline_filter(robot, has_v):
         assert np.abs(getattr(live, name) - expected)[inside].max() < least * max(1.0, np.abs(expected).max())
 
 
+@pytest.mark.parametrize("has_v", [True, False])
+def test_jitter_of_stamps_moves_accelerations_as_far_as_predicted(has_v):
+    rng, jitter, w = np.random.default_rng(2), 0.002, np.array([2.0, 5.0])
+    t = 0.004 * np.arange(20_000)
+    q, v, signal = np.sin(t[:, None] * w), w * np.cos(t[:, None] * w), np.zeros((len(t), 2))
+    stream, parts, late = FixedLag(4.0, 0.004, 2, 100.0), [], jitter * rng.standard_normal(len(t))
+    for i in np.argsort(t + late):
+        stream.add(float(t[i] + late[i]), np.concatenate([q[i], *([v[i]] if has_v else []), signal[i]]))
+    parts.append(stream.take())
+    rows = join(parts)
+    error = rows.vdot + w**2 * np.sin(rows.times[:, None] * w)
+    found, expected = (np.sqrt(np.mean(x**2, axis=0)) for x in (error, stream.spread_jitter(rows, jitter, has_v)))
+    assert found == pytest.approx(expected, rel=0.25)  # interpolation smooths a little, which is left out
+
+
 def _without_v(run):
     return type(run)(run.source, run.description, run.times, run.q, run.signal)
 

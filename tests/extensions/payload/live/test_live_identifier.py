@@ -82,11 +82,14 @@ def test_another_load_is_an_exchange(robot, live):
     assert holds(list_beliefs(events, 7.9, 16.0)[-1], 2.0 * MASS)
 
 
+@pytest.mark.parametrize("jitter", [0.0, 0.005], ids=["exact stamps", "jitter and no velocities"])
 @pytest.mark.parametrize("load", [None, PAYLOAD], ids=["nothing", "a load"])
-def test_a_constant_load_never_changes(robot, live, load):
+def test_a_constant_load_never_changes(robot, live, load, jitter):
     live._believe = lambda: iter(())  # beliefs take long and do not matter here
-    stream = record_loads(robot, np.random.default_rng(4), [(60.0, load)], motion_seed=5)
-    assert list_kinds(follow(live, list_rows(stream))) == []
+    rng = np.random.default_rng(4)
+    stream = record_loads(robot, rng, [(60.0, load)], motion_seed=5)
+    rows = [(t + jitter * abs(rng.normal()), *rest) for t, *rest in list_rows(stream, has_v=not jitter)]
+    assert list_kinds(follow(live, rows)) == []
 
 
 @pytest.mark.parametrize("harm", ["no velocities", "lost", "jitter", "all"])

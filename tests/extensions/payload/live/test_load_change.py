@@ -21,7 +21,7 @@ def change(robot, gains):
     return LoadChange(fitted, gains)
 
 
-def build_cells(robot, rng, loads):
+def build_cells(robot, rng, loads, jitter=0.0):
     """Cells of half a second along a slow motion, each with its load, (10,)."""
     n, cells = robot.num_joints, []
     for k, load in enumerate(loads):
@@ -31,7 +31,7 @@ def build_cells(robot, rng, loads):
         Y = robot.compute_payload_regressors(q, v, vdot)
         signal = Y @ load + NOISE * rng.standard_normal((10, n))
         samples = ChannelSamples.of_joints(Y, v, vdot, signal, arm_torque=np.ones_like(v), min_speed=0.03)
-        cells.append(Cell.of(samples, t))
+        cells.append(Cell.of(samples, t, np.full_like(v, jitter)))
     return cells
 
 
@@ -46,6 +46,14 @@ def test_another_load_is_noticed_within_two_seconds_and_dated(robot, rng, change
     first = next(k for k in range(8, 21) if change.is_change(cells[:k]))
     assert 12 < first <= 16
     assert change.date(cells) == 8
+
+
+def test_errors_by_jitter_make_evidence_weaker(robot, rng, change):
+    loads = [*[np.zeros(10)] * 12, *[PAYLOAD] * 4]
+    exact, jittered = (
+        change.measure(build_cells(robot, np.random.default_rng(1), loads, jitter)) for jitter in (0.0, NOISE**2)
+    )
+    assert 0.5 * exact < jittered < 0.9 * exact  # twice the variance, but not of the load that was before
 
 
 def test_few_cells_and_an_arm_at_rest_show_nothing(robot, rng, change):
