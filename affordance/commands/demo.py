@@ -11,6 +11,8 @@ from affordance.files.model_folder import MODELS
 _FOLDER = MODELS / "demo"
 # Simulated recordings of the paper's arm, empty and with one piece of stock.
 EMPTY, LOADED = _FOLDER / "empty.csv", _FOLDER / "bar_of_oak.csv"
+# The same arm with an empty hand in three other motions, 15 s each.
+EMPTIES = [_FOLDER / f"empty_{k}.csv" for k in (1, 2, 3)]
 ARM_FILE = MODELS / "arm.dmd.yaml"
 STOCK, PIECE = MODELS / "workshop" / "blanks.yaml", "bar of oak"
 # True mass of the piece in that simulation, [kg].

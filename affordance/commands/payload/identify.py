@@ -21,7 +21,7 @@ from affordance.extensions.payload.identify import Runs, check_reference_mass, i
 from affordance.extensions.payload.payload_claim import Claim, judge_claim
 from affordance.extensions.payload.payload_file import check_target, write_payload
 from affordance.extensions.payload.payload_setting import format_payload, read_payload
-from affordance.extensions.payload.payload_text import describe_payload
+from affordance.extensions.payload.payload_text import describe_payload, give_answer_line
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
 from affordance.extensions.payload.posterior.payload_belief import PayloadBelief
 from affordance.extensions.payload.recording.run import Run
@@ -103,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
     text = describe_payload(
         belief, claims, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=find_width()
     )
-    content["answer"] = text.partition("\n")[0]
+    content["answer"] = give_answer_line(belief, flange)
     if arguments.out is not None:
         write_belief(arguments.out, belief, is_used)
     if arguments.write is not None and is_used:

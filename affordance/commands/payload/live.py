@@ -18,7 +18,7 @@ import numpy as np
 
 from affordance.arguments import check_number, check_whole
 from affordance.commands import answers
-from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, announce, check_alone
+from affordance.commands.demo import ARM_FILE, EMPTIES, EMPTY, LOADED, MASS, PIECE, announce, check_alone
 from affordance.commands.payload.identify import find_flange_of, load_robot_of
 from affordance.exceptions import PROSE, BadValueError, show_text
 from affordance.extensions.payload.evidence.gains import read_gains
@@ -64,9 +64,9 @@ def run(arguments: argparse.Namespace) -> int:
         return _follow(arguments, _prepare(arguments))
     check_alone(arguments, {"robot": "a robot", "empty": "--empty", "tip": "--tip", "gains": "--gains"})
     if arguments.demo == "bar":
-        arguments.robot, arguments.empty, arguments.replay = ARM_FILE, [EMPTY], [EMPTY, LOADED]
+        arguments.robot, arguments.empty, arguments.replay = ARM_FILE, EMPTIES, [EMPTY, LOADED]
         arguments.flange = arguments.flange or HAND_FRAME
-        words = ["live", ARM_FILE, "--empty", EMPTY, "--replay", EMPTY, LOADED, "--flange", arguments.flange]
+        words = ["live", ARM_FILE, "--empty", *EMPTIES, "--replay", EMPTY, LOADED, "--flange", arguments.flange]
         announce(arguments, words)
         status = _follow(arguments, _prepare(arguments))
         answers.tell(arguments, f"\nThe true mass of the {PIECE} in the simulation is {MASS:.3f} kg.")

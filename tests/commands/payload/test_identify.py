@@ -423,3 +423,8 @@ def test_a_frame_that_the_description_names_is_refused_in_its_name(tmp_path, mon
     monkeypatch.chdir(tmp_path)
     said = refuse_command("identify", "robot.urdf", "--loaded", "run.csv")
     assert f"run.csv: {option} in its description: is 'gone', which is not in robot.urdf" in said
+
+
+def test_the_answer_in_json_is_whole_on_a_narrow_terminal(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    assert answer("identify", "--demo", "--samples", 500, "--json").content["answer"].endswith(": trusted")

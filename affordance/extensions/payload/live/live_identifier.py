@@ -215,7 +215,7 @@ class LiveIdentifier:
         n = self.robot.num_joints
         given = {"q": q, "signal": signal} if v is None else {"q": q, "v": v, "signal": signal}
         for name, values in given.items():
-            row = np.asarray(values, dtype=float)
+            row = np.array(values, dtype=float)  # a copy: simulators write into the same memory again
             check_array(name, np.zeros_like(row), (n,))
             if not np.isfinite(row).all():
                 joint = self.robot.joint_names[int(np.argmin(np.isfinite(row)))]

@@ -11,7 +11,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.extensions.payload.settings import PRIORS, SignalKind
 from affordance.extensions.payload.weighing.bayes import Regression
-from affordance.extensions.payload.weighing.poses import WRENCH, Poses
+from affordance.extensions.payload.weighing.poses import FEWEST, WRENCH, Poses
 from affordance.extensions.payload.weighing.weigh_doubts import DOUBTED, find_doubts
 from affordance.extensions.payload.weighing.wrench_model import (
     GRAVITY,
@@ -27,6 +27,8 @@ _TAKEN = float(np.log(20.0))  # log odds above which the axes of the wrench are 
 _INVERTED = -float(np.log(10.0))  # prior log odds that the orientations are those of the base in the sensor
 _SEEN_MASS, _SEEN_CENTRE = 0.4, 0.1  # largest SDs of what is seen: relative, as for identify, and [m]
 _LIGHT = 0.1  # mass below which little or nothing is borne, [kg]
+# In 25 simulated tables each, a sensor turned by 8 degrees was noticed in 5 with four poses, and in 25 with five.
+_FIFTH = "; a fifth would also show whether the sensor is turned against the orientations, which four hardly do"
 _HELPS = 0.95  # a next pose that leaves a larger share of all SDs is not worth it
 
 
@@ -162,7 +164,8 @@ def weigh(
         np.column_stack([sign * of_force[:, 0] * common, centres, of_force[:, 4:], of_torque[:, 6:]]),
         np.sqrt((compute_residual(model, (forces, torques)) ** 2).mean(axis=0)),
     )
-    weighing = weighing._replace(next_pose=_advise(weighing, forces, torques))
+    advice = _advise(weighing, forces, torques)
+    weighing = weighing._replace(next_pose=advice + _FIFTH if len(poses.counts) == FEWEST else advice)
     if weighing.is_light:
         return weighing
     doubts, notes = _compare_ways(ways, odds, best, axes)

@@ -118,6 +118,14 @@ def test_samples_that_overtake_each_other_count_as_if_in_order(robot, empty, pic
     assert lives[1].num_late == 0
 
 
+def test_arrays_that_the_caller_uses_again_are_copied(live, pickup):
+    q, v, signal = np.zeros(6), np.zeros(6), np.zeros(6)
+    for i in range(70):
+        q[:], v[:], signal[:] = pickup.q[i], pickup.v[i], pickup.signal[i]
+        live.add(float(pickup.times[i]), q, v, signal)
+    assert np.array_equal([row for row, _, _ in live._raw], pickup.q[:70])
+
+
 def test_a_gap_begins_anew_and_a_double_sample_does_not_count(live, pickup):
     rows = list_rows(pickup)
     events = follow(live, [*rows[:300], rows[299], *rows[340:700]])

@@ -161,3 +161,8 @@ def test_the_next_pose_narrows_as_is_said():
     assert "x" in before.next_pose.partition(":")[0]
     after = weigh(pose(Rotation.concatenate([R, Rotation.from_rotvec([0.0, np.pi / 2.0, 0.0])]), noise))
     assert after.sd[1:4].max() < 0.8 * before.sd[1:4].max()
+
+
+def test_four_poses_ask_for_a_fifth_that_shows_a_turned_sensor():
+    assert "a fifth would also show whether the sensor is turned" in weigh(make(4)).next_pose
+    assert "a fifth" not in weigh(make(5)).next_pose
