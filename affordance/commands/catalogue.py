@@ -59,6 +59,16 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
         "compare-learners": Entry(
             "find the learner that predicts each person's lifts best, one trial ahead", "lifts.csv", "people"
         ),
+        "new-trials": Entry(
+            "write a table of trials with balanced orders, and for PsychoPy, jsPsych or BIDS",
+            "trials.csv --objects objects.yaml --block 'learn: all x 5' --for psychopy",
+            "people",
+        ),
+        "freeze": Entry(
+            "freeze the plan of an experiment for a preregistration, and check it later",
+            "trials.csv --objects objects.yaml --claim 'Large is heavier than small'",
+            "people",
+        ),
         "new-experiment": Entry(
             "write a runnable example experiment in Python, for you to change", "my_experiment", "people"
         ),

@@ -11,7 +11,6 @@ of right choices depends on the learner. ``read_choices`` reads the answers from
 The trial table is frozen before anybody takes part: any change of its SHA-256 is an error.
 """
 
-import hashlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -33,6 +32,7 @@ from affordance.experiments.shared.experiment import Experiment
 from affordance.experiments.shared.observer_numbers import ObserverNumbers
 from affordance.experiments.shared.observers import Setup
 from affordance.experiments.shared.results import Results
+from affordance.extensions.people.experiments.frozen_plan import hash_trials
 from affordance.extensions.people.experiments.table_lifts import TableExperiment, check_can_be_presented
 from affordance.extensions.people.experiments.trial_cells import PEOPLE
 from affordance.extensions.people.experiments.trials import TrialTable, check_trials
@@ -89,11 +89,6 @@ def build_trials() -> pd.DataFrame:
         table.insert(4, "do", np.where(table["task"] == "", "lift", "choose"))
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
-
-
-def hash_trials(table: pd.DataFrame) -> str:
-    """Computes the SHA-256 of a trial table, written as CSV with line feeds."""
-    return hashlib.sha256(table.to_csv(index=False, lineterminator="\n").encode()).hexdigest()
 
 
 def build_data_sheet() -> pd.DataFrame:

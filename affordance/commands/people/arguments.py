@@ -4,7 +4,16 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from affordance.commands.arguments import add_jobs, add_json, add_learner, add_out, add_run_options, add_seed, add_set
+from affordance.commands.arguments import (
+    add_jobs,
+    add_json,
+    add_learner,
+    add_out,
+    add_robot,
+    add_run_options,
+    add_seed,
+    add_set,
+)
 from affordance.commands.catalogue import COMPARED, LEARNER_NAMES, PREDICTED
 from affordance.extensions.people.columns import LIFT_COLUMNS, TRIAL_COLUMNS
 
@@ -101,6 +110,39 @@ def declare_compare_learners(parser: argparse.ArgumentParser) -> None:
     add("--learner", action="append", default=[], metavar="LEARNER", help=what)
     add("--json", action="store_true", help="print the result as JSON")
     add_out(parser)
+
+
+def declare_new_trials(parser: argparse.ArgumentParser) -> None:
+    """Declares the arguments of ``new-trials``."""
+    add = parser.add_argument
+    add("file", type=Path, help="table of trials (CSV): a new one with --block, or one that exists")
+    add_table_options(parser)
+    what = (
+        "block of trials, '[GROUP/]PHASE: [FIRST, ... >] OBJECT[=KG], ... [x CYCLES]', such as 'learn: all x 5'; may "
+        "be repeated, in order"
+    )
+    add("--block", action="append", default=[], metavar="BLOCK", help=what)
+    add("--participants", type=int, metavar="N", help="number of participants (default 8)")
+    add("--groups", nargs="+", metavar="GROUP", help="groups, to which participants are assigned in turn")
+    what = "order of objects in a cycle: Latin square over participants and cycles (default), shuffled, or as given"
+    add("--order", choices=["latin", "shuffled", "fixed"], help=what)
+    what = "also write the table for these programs, each into a folder next to it"
+    add("--for", nargs="+", dest="formats", default=[], choices=["psychopy", "jspsych", "bids"], help=what)
+    add_seed(parser)
+    add_robot(parser)
+
+
+def declare_freeze(parser: argparse.ArgumentParser) -> None:
+    """Declares the arguments of ``freeze``."""
+    add = parser.add_argument
+    add("table", type=Path, help="table of trials (CSV); its plan is TABLE.plan.json")
+    add_table_options(parser)
+    add("--claim", action="append", default=[], metavar="TEXT", help="claim in words; may be repeated")
+    what = "check that table and objects are as frozen (objects: by default the frozen file, next to the table)"
+    add("--check", action="store_true", help=what)
+    add_learner(parser)
+    add_set(parser)
+    add_robot(parser)
 
 
 def declare_new_experiment(parser: argparse.ArgumentParser) -> None:

@@ -2,7 +2,7 @@
 
 import argparse
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from affordance.belief.learner import Learner
@@ -17,7 +17,7 @@ from affordance.extensions.people.pushes import Lifts, read_lifts
 from affordance.extensions.people.static_lifts import check_closed_form
 from affordance.named_settings import change_settings, parse_changes
 from affordance.objects.load import load_tools
-from affordance.objects.materials import MATERIALS, load_materials
+from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.robot import Robot
 from affordance.runs.repeats import prepare_folder
@@ -44,12 +44,19 @@ def open_table(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[TrialTable, dict[str, TaskCostModel]]:
     """Reads a table, its objects, and the tasks that it names; an error in any of them raises a BadValueError."""
+    tools, materials = open_objects(arguments, path, robot)
+    table = read_trials(path, tools, materials, columns=read_columns(arguments), tasks=robot.tasks)
+    return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
+
+
+def open_objects(
+    arguments: argparse.Namespace, path: Path, robot: Robot
+) -> tuple[Sequence[Tool], Mapping[str, Material]]:
+    """Reads the objects of the table at ``path``, and the materials that they may look like."""
     if arguments.objects is None:
         raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    tools = load_tools(arguments.objects, materials, arguments.meshes)
-    table = read_trials(path, tools, materials, columns=read_columns(arguments), tasks=robot.tasks)
-    return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
+    return load_tools(arguments.objects, materials, arguments.meshes), materials
 
 
 def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
