@@ -523,7 +523,11 @@ def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: A
     sds = np.sqrt(np.diagonal(mode.curvature.inverse[:, 0], axis1=1, axis2=2))
     scores = np.maximum(mode.z + sds[:, None] * _POINTS[:, None], _LEAST_SCORE)
     mu = np.swapaxes(model.find_densities(scores)[0], 1, 2)
-    d, variance = (np.moveaxis(np.tensordot(closest, each, (1, 2)), 0, 2) for each in (d, variance))
+    # Products of one observer each: their rounding does not depend on who else is there, as that of tensordot does.
+    d, variance = (
+        (closest @ each.reshape(*each.shape[:3], -1)).reshape(*each.shape[:2], len(closest), *each.shape[3:])
+        for each in (d, variance)
+    )
     return _Grid(mass, mu, d, variance)
 
 

@@ -39,6 +39,20 @@ def add_table_options(parser: argparse.ArgumentParser) -> None:
     add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the objects file)")
 
 
+def add_contrast(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--contrast``."""
+    what = (
+        "planned contrast of a table, 'MEASURE: ONE - OTHER [in PLACE, ...]', such as 'force: large - small in test' "
+        "(objects, phases or first and last lifts within persons, groups, or a number); may be repeated"
+    )
+    parser.add_argument("--contrast", action="append", default=[], metavar="CONTRAST", help=what)
+
+
+def _add_details(parser: argparse.ArgumentParser, what: str) -> None:
+    """Adds ``--details``."""
+    parser.add_argument("--details", action="store_true", help=what)
+
+
 def add_fit_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options that fit and compare-learners share."""
     add = parser.add_argument
@@ -72,9 +86,14 @@ def declare_predict(parser: argparse.ArgumentParser) -> None:
     add_learner(parser)
     add_json(parser)
     add_table_options(parser)
-    what = "for a table: between-person standard deviation of force, N (default: that of people in the table)"
+    add_contrast(parser)
+    _add_details(parser, "also print all measures and pairs of learners")
+    what = (
+        "for a table: between-person standard deviation of force, or of persons' values of each contrast, N "
+        "(default: that of people in the table)"
+    )
     add("--people-sd", type=float, metavar="N", help=what)
-    what = "power of a test between two groups (default 0.9)"
+    what = "power of the test for which people are counted (default 0.9)"
     add("--power", type=float, default=0.9, metavar="P", help=what)
 
 
@@ -85,6 +104,8 @@ def declare_lift(parser: argparse.ArgumentParser) -> None:
     add_table_options(parser)
     what = f"{', '.join(COMPARED)}, or your own as FILE.py:CLASS, whose code is run; may be repeated (default: all)"
     add("--learner", action="append", default=[], metavar="LEARNER", help=what)
+    add_contrast(parser)
+    _add_details(parser, "print the table of means also with --contrast")
     add_json(parser)
     add_run_options(parser, 1, "observers of each learner for each participant", models="")
 
@@ -137,6 +158,7 @@ def declare_freeze(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("table", type=Path, help="table of trials (CSV); its plan is TABLE.plan.json")
     add_table_options(parser)
+    add_contrast(parser)
     add("--claim", action="append", default=[], metavar="TEXT", help="claim in words; may be repeated")
     what = "check that table and objects are as frozen (objects: by default the frozen file, next to the table)"
     add("--check", action="store_true", help=what)

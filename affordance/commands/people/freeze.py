@@ -3,7 +3,7 @@
 import argparse
 
 from affordance.commands.options import check_bounds, open_robot, read_changes
-from affordance.commands.people.people_options import open_table
+from affordance.commands.people.people_options import open_table, read_contrasts
 from affordance.exceptions import BadValueError
 from affordance.extensions.people.experiments.frozen_plan import check_plan, describe_plan
 from affordance.extensions.people.participant import LiftSettings
@@ -25,7 +25,8 @@ def run(arguments: argparse.Namespace) -> int:
     settings = change_settings(LiftSettings(), changes)
     table, _ = open_table(arguments, arguments.table, open_robot(arguments))
     changes.pop("learner", None)
-    plan = describe_plan(table, arguments.objects, settings.learner, changes, [], arguments.claim)
+    contrasts = [each.text for each in read_contrasts(arguments, table)]
+    plan = describe_plan(table, arguments.objects, settings.learner, changes, contrasts, arguments.claim)
     write_json(path, plan)
     groups = ", ".join(f"{count} in group {name}" for name, count in plan["participants"].items())
     print(f"{path}: {plan['table']['trials']} trials, {groups}, learner {plan['learner']['name']}")

@@ -6,7 +6,7 @@ from dataclasses import replace
 from affordance.belief.learners import LEARNERS
 from affordance.commands.answers import print_answer
 from affordance.commands.options import check_bounds, open_robot, read_learner
-from affordance.commands.people.people_options import open_table
+from affordance.commands.people.people_options import open_table, read_contrasts
 from affordance.commands.setups import check_own_name, read_setup
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
@@ -39,13 +39,18 @@ def run(arguments: argparse.Namespace) -> int:
     name = check_own_name(arguments.trials)
     table, tasks = open_table(arguments, arguments.trials, robot)
     check_cost(table, arguments.repeats, len(learners))
-    trials = TableExperiment(name, table, tasks, arguments.repeats, learners)
+    contrasts = read_contrasts(arguments, table)
+    trials = TableExperiment(name, table, tasks, arguments.repeats, learners, contrasts=contrasts)
     setup = replace(read_setup(arguments, robot, changes, LiftSettings), observers=trials.observers)
     report, _, findings = run_suite({name: Experiment(trials.run, trials.read)}, setup)
-    means = read_json(setup.out / name / "metrics.json")["means"]
-    lines = [describe_means(means, find_width()), *filter(None, break_line(findings[name], find_width()))]
+    numbers = read_json(setup.out / name / "metrics.json")
+    means, width = numbers["means"], find_width()
+    lines = [part for text in findings[name].splitlines() for part in break_line(text, width)]
+    if not contrasts or arguments.details:
+        lines.insert(0, describe_means(means, width))
     if table.unused:
         lines.append(f"Columns that lifts.csv does not contain: {', '.join(table.unused)}")
     lines += [f"The lifts: {setup.out / name / 'lifts.csv'}", f"The report: {report}"]
-    print_answer(arguments, "\n".join(lines), means)
+    content = {"contrasts": numbers["contrasts"], "means": means} if contrasts else means
+    print_answer(arguments, "\n".join(lines), content)
     return 0

@@ -9,6 +9,7 @@ from affordance.belief.learner import Learner
 from affordance.choice.inner_simulation import TaskCostModel
 from affordance.commands.options import check_bounds, refuse_changes
 from affordance.exceptions import BadValueError
+from affordance.extensions.people.experiments.planned_contrasts import PlannedContrast, parse_contrast
 from affordance.extensions.people.experiments.trials import TrialTable, read_trials
 from affordance.extensions.people.fit import Question
 from affordance.extensions.people.likelihood import list_free
@@ -57,6 +58,11 @@ def open_objects(
         raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     return load_tools(arguments.objects, materials, arguments.meshes), materials
+
+
+def read_contrasts(arguments: argparse.Namespace, table: TrialTable) -> tuple[PlannedContrast, ...]:
+    """Reads the planned contrasts of ``--contrast``."""
+    return tuple(parse_contrast(each, table.rows) for each in dict.fromkeys(arguments.contrast))
 
 
 def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:

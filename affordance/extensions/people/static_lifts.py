@@ -111,6 +111,10 @@ class StaticLifter:
         self._weights = np.array([each.weight for each in self._tools])
         self._tau = np.array([each.tau for each in self._tools])
         self._first = np.array([each.colours[0] for each in self._tools])
+        palettes = [tuple(dict.fromkeys(each.colours)) for each in self._tools]
+        self._palettes = list(dict.fromkeys(palettes))  # different sets of colours, and that of each object
+        numbers = {palette: number for number, palette in enumerate(self._palettes)}
+        self._palette = np.array([numbers[palette] for palette in palettes])
 
     def start(self, seeds: Sequence[tuple[int, ...]]) -> LiftedObservers:
         """Creates observers without experience, each with a seed for its learner's random draws at the start."""
@@ -276,11 +280,9 @@ class StaticLifter:
 
         Yields: Rows of each group's observers, and the colours.
         """
-        looks = [tuple(dict.fromkeys(tool.colours)) for tool in self._tools]
-        numbers = np.array([looks.index(each) for each in looks])[things]
-        keys = np.where(chosen == NOTHING, NOTHING, 2 * numbers + taught)
+        keys = np.where(chosen == NOTHING, NOTHING, 2 * self._palette[things] + taught)
         for key in np.unique(keys[keys != NOTHING]):
-            yield np.flatnonzero(keys == key), looks[key // 2]
+            yield np.flatnonzero(keys == key), self._palettes[key // 2]
 
     def _estimate(self, before: Normals, mode: Array, seeds: Sequence[tuple[int, ...]]) -> Array:
         """Computes the densities that control uses, (n, m); sampled ones are drawn with the seeds."""

@@ -39,6 +39,12 @@ def test_a_plan_has_the_hashes_that_sha256sum_would_print(lab):
     assert plan["sha256"] in answer("freeze", "t.csv", "--check").out
 
 
+def test_planned_contrasts_are_checked_and_frozen(lab):
+    assert "is 'C', must be one of small, A, B, all" in refuse_command(*WORDS, "--contrast", "force: A - C")
+    answer(*WORDS, "--contrast", "force: A - B")
+    assert json.loads((lab / "t.plan.json").read_text(encoding="utf-8"))["contrasts"] == ["force: A - B"]
+
+
 @pytest.mark.parametrize(
     ("file", "old", "new", "said"),
     [

@@ -84,7 +84,7 @@ def test_push_too_strong_for_a_hand_is_said(folder):
 
 def test_learners_are_told_apart_by_a_table(folder):
     said = answer(
-        "predict", "trials.csv", "--objects", "objects.yaml", *NAMED, "--repeats", 2, "--people-sd", 1.9
+        "predict", "trials.csv", "--objects", "objects.yaml", *NAMED, "--repeats", 2, "--people-sd", 1.9, "--details"
     ).out
     assert "force_N, A, test, large" in said
     assert "SD between people 1.9 (as given)" in said
@@ -178,3 +178,45 @@ def test_parameter_and_slip_of_ones_own_learner(folder):
     changed = ("--set", "learner.kappa=0.3")
     assert "belongs to one learner, must be given with exactly one --learner" in refuse_command(*words, *changed)
     assert answer(*words, "--learner", "kinds_map", *changed).lines
+
+
+CONTRAST = ("--contrast", "force: large - small")
+
+
+def test_planned_contrast_is_the_answer_and_the_means_are_details(folder):
+    words = ("--trials", "trials.csv", "--objects", "objects.yaml", *NAMED, "--learner", "density", "--jobs", 1)
+    said = answer("lift", *words, "--repeats", 2, *CONTRAST)
+    assert said.out.startswith("force: large - small: density ")
+    assert "observers" not in said.out
+    lifts = pd.read_csv(folder / "results" / "trials" / "lifts.csv").pivot(
+        index="observer", columns="object", values="force"
+    )
+    (contrast,) = answer("lift", *words, "--repeats", 2, *CONTRAST, "--json").content["contrasts"]
+    found = contrast["effects"]["density"]
+    assert found["mean"] == pytest.approx((lifts["large"] - lifts["small"]).mean(), rel=1e-5)
+    assert found["persons"] == [4]
+    assert "heaviness" in answer("lift", *words, "--repeats", 2, *CONTRAST, "--details").out
+
+
+def test_people_that_planned_contrasts_need_are_predicted_and_written(folder):
+    words = ("trials.csv", "--objects", "objects.yaml", *NAMED, "--jobs", 1, "--repeats", 2, "--people-sd", 2.0)
+    said = " ".join(answer("predict", *words, *CONTRAST, "--contrast", "heaviness: A - 3 in test").out.split())
+    assert said.count("To find it, a ") == 2
+    assert "paired t test (two-sided .025, power .9, SD 2 N) needs" in said
+    content = json.loads((folder / "results" / "trials" / "predictions.json").read_text(encoding="utf-8"))
+    force, heaviness = content["planned_contrasts"]
+    assert (force["test"], heaviness["test"]) == ("paired t test", "one-sample t test")
+    assert force["sd_between_people"] == 2.0
+    assert set(force["people_to_find"]) == set(force["effects"])
+
+
+@pytest.mark.parametrize("command", [("lift", "--trials", "trials.csv"), ("predict", "trials.csv")])
+def test_contrasts_that_the_table_cannot_answer_are_refused(command):
+    words = (*command, "--objects", "objects.yaml", *NAMED, "--contrast", "force: lagre - small")
+    assert "--contrast: is 'force: lagre - small': is 'lagre', must be one of small, large, " in refuse_command(
+        *words
+    )
+
+
+def test_contrast_of_an_experiment_without_a_table_is_refused():
+    assert "--contrast: is for a table of trials" in refuse_command("predict", "linear_plus", *CONTRAST)

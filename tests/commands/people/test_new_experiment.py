@@ -48,7 +48,7 @@ def test_new_experiment_runs_in_processes_and_is_predicted(mine, tmp_path):
     lifts = pd.read_csv(tmp_path / "results" / "mine" / "lifts.csv")
     assert len(lifts) == 3 * 2 * (2 * 3 + 3 * 4)
     files = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.npz")}
-    said = answer("predict", "mine.py", "--repeats", 2, "--jobs", 1).out
+    said = answer("predict", "mine.py", "--repeats", 2, "--jobs", 1, "--details").out
     assert "first_N: force in the first lift of the odd object, N" in said
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.npz")} == files  # nothing was run again
     run("--repeats", 3)

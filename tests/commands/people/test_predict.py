@@ -119,6 +119,13 @@ def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
     )
 
 
+@pytest.mark.usefixtures("few")
+def test_best_measure_is_said_to_be_picked(tmp_path):
+    text = call("predict", "linear_plus", tmp_path, "--repeats", 2)
+    assert len(text.splitlines()) < 12
+    assert "picked after they were simulated" in " ".join(text.split())
+
+
 def test_participants_are_those_of_the_power_that_is_asked_for():
     """Of a standardised difference of 0.5, 86 participants a group at a power of .9, and 64 at .8 (t tests)."""
     assert [count_people(0.5, power) for power in (0.9, 0.8)] == [86, 64]
@@ -127,7 +134,9 @@ def test_participants_are_those_of_the_power_that_is_asked_for():
 @pytest.mark.usefixtures("few")
 def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(tmp_path):
     """A 95 % interval of +- 0.945 N over nine people is an SD of 0.945 / 2.306 * 3; that of f follows."""
-    assert "SD between people 1.2 (Cesanek" in call("predict", "linear_plus_plus", tmp_path, "--repeats", 2)
+    assert "SD between people 1.2 (Cesanek" in call(
+        "predict", "linear_plus_plus", tmp_path, "--repeats", 2, "--details"
+    )
     spread = read_predictions(tmp_path, "linear_plus_plus")["spread_between_people"]
     assert spread["first_N"]["sd"] == pytest.approx(0.945 / 2.306 * 3.0, rel=1e-3)
     assert spread["end_N"]["sd"] == pytest.approx(1.59 / 2.306 * 3.0, rel=1e-3)

@@ -20,9 +20,9 @@ from affordance.runs.repeats import list_versions, prepare_folder
 # Smallest difference reported, in between-person standard deviations ("small" in Cohen 1988).
 _SMALL = 0.2
 # Default power of a test between two groups, and its two-sided significance level.
-POWER, _SIGNIFICANCE = 0.9, 0.05
+POWER, SIGNIFICANCE = 0.9, 0.05
 # Largest size of a group that is reported exactly.
-_MANY = 100_000
+MANY = 100_000
 # Relative spread below which values differ only by rounding.
 _ROUNDING = 1e-12
 # Quantiles of the observers that are shown as their spread.
@@ -110,28 +110,50 @@ def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
     return float((differences > 0.0).mean() + 0.5 * (differences == 0.0).mean())
 
 
-def count_people(effect: float, power: float = POWER) -> float:
-    """Computes the size of each of two groups that a two-sided t test of their means needs, at least 2.
+def count_people(
+    effect: float, power: float = POWER, *, groups: int = 2, significance: float = SIGNIFICANCE
+) -> float:
+    """Computes the size of each group that a two-sided t test needs, at least 2.
 
     Power is that of the noncentral t distribution. The normal approximation, which needs fewer, is where the search
-    starts; above ``_MANY`` it is the answer.
+    starts; above ``MANY`` it is the answer.
+
+    Args:
+        effect: Cohen's d; of a paired test, the mean difference divided by the differences' standard deviation.
+        power: Power.
+        groups: 2 for a test between two groups; 1 for a paired test, or for one group and a constant.
+        significance: Significance level.
     """
     if effect == 0.0:
         return math.inf
-    quantiles = scipy.stats.norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + scipy.stats.norm.ppf(power)
-    count = max(2.0, math.ceil(2.0 * (quantiles / effect) ** 2))
-    while count <= _MANY and _compute_power(effect, count) < power:
+    quantiles = scipy.stats.norm.ppf(1.0 - 0.5 * significance) + scipy.stats.norm.ppf(power)
+    count = max(2.0, math.ceil(groups * (quantiles / effect) ** 2))
+    while count <= MANY and _compute_power(effect, count, groups, significance) < power:
         count += 1.0
     return count
 
 
-def _compute_power(effect: float, count: float) -> float:
-    """Computes the power of the t test between two groups of that many."""
-    free, shift = 2.0 * count - 2.0, abs(effect) * math.sqrt(0.5 * count)
+def _compute_power(effect: float, count: float, groups: int, significance: float) -> float:
+    """Computes the power of a t test with that many people in each group."""
+    free, shift = groups * (count - 1.0), abs(effect) * math.sqrt(count / groups)
     if math.isinf(shift):
         return 1.0
-    critical = scipy.stats.t.ppf(1.0 - 0.5 * _SIGNIFICANCE, free)
+    critical = scipy.stats.t.ppf(1.0 - 0.5 * significance, free)
     return float(scipy.stats.nct.sf(critical, free, shift) + scipy.stats.nct.cdf(-critical, free, shift))
+
+
+def describe_best(predictions: Mapping[str, Mapping[str, Prediction]], contrasts: Sequence[Contrast]) -> str:
+    """Describes in three sentences the measure that separates a pair of learners best, and how it was chosen."""
+    if not contrasts:
+        return "There is only one learner, so there is nothing to distinguish."
+    text = f"{describe_contrast(contrasts[0])}."
+    if abs(contrasts[0].effect) >= _SMALL:
+        pairs = len(contrasts) // len(predictions)
+        text += (
+            f" It is the best of {len(predictions)} measures for {pairs} pairs of learners, picked after they were"
+            " simulated; a measure to be tested must be chosen before."
+        )
+    return f"{text} --details prints all measures and pairs."
 
 
 def format_predictions(
@@ -185,10 +207,10 @@ def describe_contrast(contrast: Contrast) -> str:
         return f"{pair} are not distinguished by any of these"
     between = "people" if contrast.is_of_people else "observers"
     size = f"difference {contrast.difference:.3g}, Cohen's d = {abs(contrast.effect):.2g} (spread between {between})"
-    number = f"{contrast.num_people:.0f}" if contrast.num_people <= _MANY else f"more than {_MANY}"
+    number = f"{contrast.num_people:.0f}" if contrast.num_people <= MANY else f"more than {MANY}"
     first, second = contrast.learners
     count = f"{number} participants who learn like {first} and {number} who learn like {second}"
-    test = f"(two-sided t test, {_SIGNIFICANCE:.2g}, power {contrast.power:.2g})".replace("0.", ".")
+    test = f"(two-sided t test, {SIGNIFICANCE:.2g}, power {contrast.power:.2g})".replace("0.", ".")
     if not contrast.is_of_people:
         test += " if people differ no more than observers, which is not known"
     if abs(contrast.effect) < _SMALL:

@@ -8,6 +8,7 @@ second and later repeats, the number of the repeat.
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -30,7 +31,13 @@ from affordance.experiments.shared.observer_numbers import ObserverNumbers, Peop
 from affordance.experiments.shared.observers import Setup, run_observers
 from affordance.experiments.shared.results import Results
 from affordance.extensions.people.experiments.lift_figures import draw_by_object
-from affordance.extensions.people.experiments.lifts import check_can_be_lifted, do_differ
+from affordance.extensions.people.experiments.lifts import AT_ONCE, check_can_be_lifted, do_differ
+from affordance.extensions.people.experiments.planned_contrasts import (
+    PlannedContrast,
+    compute_effects,
+    describe_effects,
+    list_content,
+)
 from affordance.extensions.people.experiments.trial_cells import PEOPLE
 from affordance.extensions.people.experiments.trials import DOINGS, TrialTable
 from affordance.extensions.people.participant import (
@@ -39,7 +46,7 @@ from affordance.extensions.people.participant import (
     list_own_values,
     with_participant,
 )
-from affordance.extensions.people.static_lifts import StaticLifter
+from affordance.extensions.people.static_lifts import NOTHING, StaticLifter
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import count_observers, format_number, tabulate
 from affordance.reporting.statistics import estimate_mean
@@ -88,6 +95,7 @@ class TableExperiment:
         repeats: Number of observers of each learner for each participant.
         learners: Learners.
         people_sd: Standard deviation of the force between people, [N]; None if unknown.
+        contrasts: Planned contrasts.
     """
 
     name: str
@@ -96,6 +104,7 @@ class TableExperiment:
     repeats: int = 1
     learners: tuple[Learner, ...] = tuple(LEARNERS.values())
     people_sd: float | None = None
+    contrasts: tuple[PlannedContrast, ...] = ()
 
     @property
     def observers(self) -> int:
@@ -113,6 +122,8 @@ class TableExperiment:
         """
         trials, choices = _plan(setup, self.table, self.tasks)
         places = [np.flatnonzero(trials.place == place) for place in range(len(self.table.participants))]
+        # Holds take long: an interruption should lose one observer only.
+        at_once = AT_ONCE if self.table.rows["do"].isin(("lift", "look")).all() else 1
         tables = []
         for learner in self.learners:
             data = run_observers(
@@ -123,6 +134,7 @@ class TableExperiment:
                 choices,
                 follows_from=(trials, [self.tasks[each] for each in sorted(self.tasks)]),
                 count=self.observers,
+                at_once=at_once,
             )
             rows = _repeat(self.table, places, self.repeats)
             kept = np.concatenate([np.arange(len(each)) for each in places * self.repeats])
@@ -151,11 +163,14 @@ class TableExperiment:
             for column, title in (("force", "force (N)"), ("moved", "movement of the object's centre (m)"))
             if lifts.loc[lifts["measured"], column].notna().any()
         }
+        effects = compute_effects(self.contrasts, lifts)
+        sentences = [*map(describe_effects, self.contrasts, effects), describe_too_strong(lifts)]
         numbers = {
             "means": means,
             "participants": len(self.table.participants),
             "repeats_of_each": self.repeats,
             "trials": len(self.table.rows),
+            "contrasts": list_content(self.contrasts, effects),
         }
         return Results(
             order=60,
@@ -164,7 +179,7 @@ class TableExperiment:
                 f"{count_observers(self.observers)} of each of {len(self.learners)} learners did the trials of"
                 f" {len(self.table.participants)} participants in {len(groups)} groups, with {len(objects)} objects."
             ),
-            finding=describe_too_strong(lifts),
+            finding="\n".join(filter(None, sentences)),
             data=lifts,
             numbers=numbers,
             claims=(),
@@ -182,6 +197,9 @@ class TableExperiment:
 
 def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
     """Checks that the arm can hold every object; raises an InfeasibleError that names the row otherwise."""
+    with suppress(InfeasibleError):  # the loop below finds the object; it is slow
+        check_can_be_lifted(table.source.name, table.tools, settings)
+        return
     for number, tool in enumerate(table.tools):
         try:
             check_can_be_lifted(table.source.name, [tool], settings)
@@ -210,42 +228,67 @@ def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -
     return Trials(*arrays, rows["teaches"].to_numpy(bool), chosen, table.tools), choices
 
 
-def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: int) -> xr.Dataset:
-    """Runs one observer, who repeats a participant's trials; returns measurements, NaN after the last trial."""
+def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int]) -> list[xr.Dataset]:
+    """Runs observers, who repeat participants' trials; returns measurements, NaN after the last trial.
+
+    Observers of the same objects run at once, if there are several; their trials must be in closed form. Each is as
+    it would be alone, but for rounding.
+    """
     counts = np.bincount(trials.place)
-    repeat, place = divmod(observer, len(counts))
-    who = (place,) if repeat == 0 else (place, Stream.REPEAT, repeat + 1)
-    own = np.flatnonzero(trials.place == place)
-    found = {name: np.full(counts.max(), np.nan) for name in MEASURED}
-    presented, lifted = np.unique(trials.tool[own], return_inverse=True)
+    alike: dict[tuple[int, ...], list[int]] = {}
+    for observer in observers:
+        own = trials.tool[trials.place == observer % len(counts)]
+        alike.setdefault(tuple(np.unique(own).tolist()), []).append(observer)
+    found: dict[int, xr.Dataset] = {}
+    for presented, some in alike.items():
+        found |= zip(some, _observe_alike(setup, trials, choices, some, presented), strict=True)
+    return [found[observer] for observer in observers]
+
+
+def _observe_alike(
+    setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int], presented: Sequence[int]
+) -> list[xr.Dataset]:
+    """Runs observers of the same presented objects at once: trial by trial, each a column of arrays."""
+    counts = np.bincount(trials.place)
+    repeats, places = np.divmod(observers, len(counts))
+    who = [
+        (place, Stream.REPEAT, repeat + 1) if repeat else (place,)
+        for repeat, place in zip(repeats.tolist(), places.tolist(), strict=True)
+    ]
+    rows = [np.flatnonzero(trials.place == place) for place in places]
+    shape = max(map(len, rows)), len(rows)
+    lifted, teaches = np.full(shape, NOTHING), np.zeros(shape, dtype=bool)
+    for column, own in enumerate(rows):
+        lifted[: len(own), column] = np.searchsorted(presented, trials.tool[own])
+        teaches[: len(own), column] = trials.teaches[own]
+    found = {name: np.full((counts.max(), len(rows)), np.nan) for name in MEASURED}
     tools = [trials.tools[each] for each in presented]
     participant = with_participant(setup.settings).participant
-    person = ObserverDraws([(setup.seed, *who, Stream.PERSON)])
-    pushes, learner = draw_participants(participant, setup.settings.learner, [place], person)
+    person = ObserverDraws([(setup.seed, *each, Stream.PERSON) for each in who])
+    pushes, learner = draw_participants(participant, setup.settings.learner, places.tolist(), person)
     settings = setup.change(learner=learner).settings
-    lifter, drawn = StaticLifter(tools, settings), (setup.seed, *who, Stream.KINDS)
-    knows, num_learned, teaches = lifter.start([drawn]), 0, trials.teaches[own]
-    errors = lifter.draw_errors([(setup.seed, *who, Stream.LIFT)], len(own))
-    closed = [DOINGS[trials.do[row]] in ("lift", "look") for row in own]
-    for is_closed, group in itertools.groupby(range(len(own)), key=closed.__getitem__):
+    lifter, drawn = StaticLifter(tools, settings), [(setup.seed, *each, Stream.KINDS) for each in who]
+    knows, num_learned = lifter.start(drawn), 0
+    errors = lifter.draw_errors([(setup.seed, *each, Stream.LIFT) for each in who], shape[0])
+    closed = [DOINGS[trials.do[row]] in ("lift", "look") for row in max(rows, key=len)]
+    for is_closed, group in itertools.groupby(range(shape[0]), key=closed.__getitem__):
         numbers = list(group)
         if is_closed:
             later = (0, numbers[0]) if numbers[0] else ()  # the number of a later lift is never 0
-            record = lifter.run(
-                lifted[numbers, None], knows, errors[numbers], [(*drawn, *later)], teaches[numbers, None], pushes
-            )
-            knows, num_learned = record.after, num_learned + int(teaches[numbers].sum())
+            seeds = [(*each, *later) for each in drawn]
+            record = lifter.run(lifted[numbers], knows, errors[numbers], seeds, teaches[numbers], pushes)
+            knows, num_learned = record.after, num_learned + int(teaches[numbers, 0].sum())
             for name in found.keys() & set(record._fields):
-                found[name][numbers] = getattr(record, name)[:, 0]
+                found[name][numbers] = np.where(lifted[numbers] == NOTHING, np.nan, getattr(record, name))
             continue
         for number in numbers:
-            row, seed, tool = own[number], (setup.seed, *who, number), tools[lifted[number]]
-            memory = MaterialMemory(settings.learner, drawn, tuple(lifter.colours), knows.state, (), num_learned)
+            row, seed, tool = rows[0][number], (setup.seed, *who[0], number), tools[lifted[number, 0]]
+            memory = MaterialMemory(settings.learner, drawn[0], tuple(lifter.colours), knows.state, (), num_learned)
             if trials.choice[row] >= 0:
                 memory = after = replace(memory, things=lifter.list_things(knows))
                 found["chosen"][number] = choose_by_expectation(choices[trials.choice[row]], [memory], seed)[0][0]
             else:
-                noted = lifter.mark_met(knows, int(lifted[number]))
+                noted = lifter.mark_met(knows, int(lifted[number, 0]))
                 memory = replace(memory, things=lifter.list_things(noted))
                 held = get_runner(settings).run_hold(tool, memory, duration=float(trials.duration[row]), seed=seed)
                 heights, after = held.height_centre, held.memory
@@ -256,9 +299,13 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: i
             for name, value in expect(tool, memory, after, settings).items():
                 found[name][number] = value
     found["heaviness"] = compute_heaviness(found["felt"], found["expected_by_look"], participant.heaviness_exponent)
-    measured = xr.Dataset({name: ("lift", found[name], about(*MEASURED[name])) for name in MEASURED})
     values = list_own_values(pushes, learner) if do_differ(setup.settings) else {}
-    return measured.assign({name: float(value[0]) for name, value in values.items()})
+    return [
+        xr.Dataset({name: ("lift", found[name][:, column], about(*MEASURED[name])) for name in MEASURED}).assign(
+            {name: float(value[column]) for name, value in values.items()}
+        )
+        for column in range(len(rows))
+    ]
 
 
 def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int) -> pd.DataFrame:
@@ -301,6 +348,7 @@ AVERAGED = {
     "force": ("N", "force (N)"),
     "expected": ("kg", "expected (kg)"),
     "felt": ("N", "felt (N)"),
+    "heaviness": ("N", "heaviness (N)"),
     "moved": ("m", "moved (m)"),
 }
 BY = ("learner", "group", "phase", "object")

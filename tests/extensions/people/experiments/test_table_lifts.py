@@ -143,6 +143,25 @@ def test_repeats_are_other_observers_of_the_same_trials(setup):
     assert thrice.loc[thrice["observer"] == 2, "felt"].tolist() == record.felt[:, 0].tolist()
 
 
+@pytest.mark.parametrize("learner", LEARNERS.values(), ids=lambda each: each.name)
+def test_observers_at_once_are_those_one_by_one(setup, learner):
+    """Participants differ in objects, order and number of trials; Monte Carlo errors and kinds are each one's own."""
+    rng, rows = np.random.default_rng(1), []
+    for number in range(4):
+        names = rng.choice(["small", "large"][: 1 + number % 2], 7 + number % 3)
+        rows += [
+            (f"P{number}", "a", name, "look" if place == 4 else "lift", None) for place, name in enumerate(names)
+        ]
+    experiment = build(rows, repeats=2, learners=(learner,))
+    trials, choices = table_lifts._plan(setup.change(learner=learner), experiment.table, {})
+    own = setup.change(learner=learner)
+    together = table_lifts.observe(own, trials, choices, range(8))
+    for number, found in enumerate(together):
+        (alone,) = table_lifts.observe(own, trials, choices, [number])
+        for name in alone:
+            np.testing.assert_allclose(found[name], alone[name], rtol=0.0 if learner is DENSITY else 1e-12)
+
+
 def test_observers_are_kept_and_more_repeats_keep_them(setup):
     rows = [("P", "a", "small", "lift", None), ("Q", "a", "large", "lift", 0.4)]
     experiment = build(rows, repeats=2, learners=(DENSITY,))
@@ -219,6 +238,7 @@ def build_lifts(**changes):
             "force": [2.0, 4.0, 6.0, 1.0, 4.0],
             "expected": [0.2, 0.4, 0.6, np.nan, np.nan],
             "felt": np.nan,
+            "heaviness": np.nan,
             "moved": np.nan,
             "chosen": "",
         }
