@@ -17,7 +17,7 @@ from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.experiments.lifts import lift
 from affordance.extensions.people.fit import Question, score_ahead
-from affordance.extensions.people.likelihood import list_free, set_values
+from affordance.extensions.people.likelihood import list_free, set_learner
 from affordance.extensions.people.participant import LiftSettings, Participant, with_participant
 from affordance.extensions.people.pushes import Lifts, Person
 from affordance.extensions.people.rivals import OWN_AND_SHARED, OWN_MEMORY
@@ -92,7 +92,7 @@ def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, t
     free = list_free(learner, known, learner.fitted)
     normal = np.random.default_rng([config.seed, number]).standard_normal((1, len(free)))
     values = np.column_stack([normal[:, :0], *(each.convert(normal[:, i]) for i, each in enumerate(free))])
-    own = set_values(learner, known, free, values)[0] if free else learner
+    own = set_learner(learner, free, values)
     own = own.change(**{each.name: float(values[0, i]) for i, each in enumerate(free)})
     # Seeds of orders, errors and pushes include the observer's number.
     setup = Setup(seed=config.seed + 1 + number, settings=LiftSettings(learner=own, participant=known))

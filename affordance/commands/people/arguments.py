@@ -70,7 +70,8 @@ def add_fit_options(parser: argparse.ArgumentParser) -> None:
         help="tools file with the objects; a row's mass and looks_like change its object (default: from rows)",
     )
     _add_columns(parser, LIFT_COLUMNS)
-    add("--draws", type=int, default=64, metavar="D", help="number of draws of the free parameters (default 64)")
+    what = "number of draws of the free parameters (default 64; with --group 256)"
+    add("--draws", type=int, metavar="D", help=what)
     add("--particles", type=int, default=50, metavar="P", help="number of particles per draw (default 50)")
     add_seed(parser)
     add_jobs(parser)
@@ -119,6 +120,8 @@ def declare_fit(parser: argparse.ArgumentParser) -> None:
     add("--free", metavar="NAMES", help=what)
     add("--chains", type=int, default=1, metavar="C", help="independent samplers, for r_hat of ArviZ (default 1)")
     add("--pooled", action="store_true", help="one value for all participants (default: one for each)")
+    add("--group", default="", metavar="COLUMN", help="column with each participant's group: compare the groups")
+    add("--check", action="store_true", help="compare each participant's pushes with simulated ones")
     add("--json", action="store_true", help="print the result as JSON")
     add_out(parser)
 
@@ -129,6 +132,7 @@ def declare_compare_learners(parser: argparse.ArgumentParser) -> None:
     add_fit_options(parser)
     what = f"{_LEARNERS_HELP}; may be repeated (default: all built-in learners except kinds_map)"
     add("--learner", action="append", default=[], metavar="LEARNER", help=what)
+    add("--check", action="store_true", help="check if each participant's best learner pushes as the participant")
     add("--json", action="store_true", help="print the result as JSON")
     add_out(parser)
 

@@ -10,39 +10,62 @@ from affordance.commands.people.people_options import (
     prepare_new_folder,
     read_setting,
 )
-from affordance.extensions.people.fit import compare, warn_of_noise
+from affordance.extensions.people.fit import compare, draw_scores, warn_of_noise
+from affordance.extensions.people.predictive_check import check_person
 from affordance.extensions.people.rivals import RIVALS
 from affordance.files.atomic import write_json, write_text
+from affordance.reporting.figures import save_figure
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints log scores one step ahead and BIC of each learner, by participant."""
+    """Prints log scores and BIC of each learner, by participant, and how frequent the learners are."""
     settings, lifts = read_setting(arguments)
     learners = tuple(dict.fromkeys(map(read_learner, arguments.learner)))
     learners = learners or (LEARNERS["density"], KINDS_DRAWN, *RIVALS.values())
-    found = compare([ask(arguments, settings, lifts, learner, None) for learner in learners])
-    table = found.tabulate()
-    folder = prepare_new_folder(arguments.out / f"compare_{arguments.lifts.stem}")
-    write_text(folder / "comparison.csv", table.to_csv(index=False, float_format="%.7g"))
+    questions = {learner.name: ask(arguments, settings, lifts, learner, None) for learner in learners}
+    found = compare([*questions.values()])
+    best, chosen = found.find_best(), found.selection
+    frequencies = {
+        name: {"best_for": best.count(name), "log_score": float(found.scores[name].sum())}
+        | {"frequency": float(chosen.frequencies[i]), "exceedance": float(chosen.protected[i])}
+        for i, name in enumerate(found.scores)
+    }
+    lines = [found.tabulate().to_string(index=False, float_format="{:.2f}".format)]
+    for name, of in frequencies.items():
+        lines.append(
+            f"{name}: best for {of['best_for']} of {len(best)}, log score {of['log_score']:.1f} in all, "
+            f"expected frequency {of['frequency']:.2f}, protected exceedance probability {of['exceedance']:.2f}"
+        )
+        noise = [each.noise for each in found.fits[name]]
+        lines += warn_of_noise([f"{each}, {name}" for each in found.participants], noise)
     content = {
         "participants": found.participants,
         "log_score": {name: values.tolist() for name, values in found.scores.items()},
         "bic": {name: values.tolist() for name, values in found.bic.items()},
-        "particle_noise": {name: values.tolist() for name, values in found.noise.items()},
-        "best_by_score": found.find_best(),
+        "particle_noise": {name: [each.noise for each in fits] for name, fits in found.fits.items()},
+        "probability": dict(zip(found.scores, chosen.people.T.tolist(), strict=True)),
+        "best_by_score": best,
         "best_by_bic": found.find_best("bic"),
+        "learners": frequencies,
+        "all_equally_frequent": chosen.equal,
     }
+    folder = prepare_new_folder(arguments.out / f"compare_{arguments.lifts.stem}")
+    if arguments.check:
+        failed: dict[str, list[str]] = {}
+        for place, (participant, name) in enumerate(zip(found.participants, best, strict=True)):
+            check = check_person(questions[name], place, found.fits[name][place].draws.normal)
+            failed[participant] = [each.name for each in check if each.fails]
+            if failed[participant]:
+                said = f"none of these learners, {name} least badly: {', '.join(failed[participant])}"
+                lines.append(f"check, {participant}: {said}")
+        lines.append(f"None of these learners for {sum(map(bool, failed.values()))} of {len(best)} people.")
+        content["not_described"] = failed
+    write_text(folder / "comparison.csv", found.tabulate().to_csv(index=False, float_format="%.7g"))
     write_json(folder / "comparison.json", content)
-    if arguments.json:
-        print(json.dumps(content, indent=2))
-        return 0
-    print(table.to_string(index=False, float_format="{:.1f}".format))
-    for name in found.scores:
-        count = found.find_best().count(name)
-        print(
-            f"{name}: best for {count} of {len(found.participants)}, log score {found.scores[name].sum():.1f} in all"
-        )
-        for line in warn_of_noise([f"{each}, {name}" for each in found.participants], found.noise[name]):
-            print(line)
-    print(f"The table: {folder / 'comparison.csv'}")
+    save_figure(draw_scores(found), folder, "comparison")
+    print(
+        json.dumps(content, indent=2)
+        if arguments.json
+        else "\n".join([*lines, f"The table: {folder / 'comparison.csv'}"])
+    )
     return 0

@@ -65,6 +65,10 @@ def read_contrasts(arguments: argparse.Namespace, table: TrialTable) -> tuple[Pl
     return tuple(parse_contrast(each, table.rows) for each in dict.fromkeys(arguments.contrast))
 
 
+# Draws of the free parameters by default: of single people, and for groups, whose intervals too few draws narrow.
+DRAWS = (64, 256)
+
+
 def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
     """Reads settings and lifts."""
     check_bounds(arguments)
@@ -72,6 +76,8 @@ def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
     spreads = ["participant.gain_spread", "participant.kappa_spread"]
     refuse_changes(arguments, spreads, "fits are of single people, or of one value for all")
     refuse_changes(arguments, ["point_estimate"], "fits use the most probable densities")
+    if arguments.draws is None:
+        arguments.draws = DRAWS[bool(getattr(arguments, "group", ""))]
     for option, value, least in (("--draws", arguments.draws, 4), ("--particles", arguments.particles, 1)):
         if not least <= value <= 10_000:
             nearest = min(max(value, least), 10_000)
@@ -88,6 +94,7 @@ def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
         tools=tools,
         materials=materials,
         columns=read_columns(arguments),
+        group=getattr(arguments, "group", ""),
     )
     return settings, lifts
 

@@ -1,8 +1,9 @@
 """Fits a learner to people's lifts, separately or pooled; returns an xarray DataTree that ArviZ 1 can read."""
 
 import io
+import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -10,16 +11,28 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from affordance.arrays import Array, about
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.extensions.people.likelihood import FreeParameter, compute_log_likelihoods
+from affordance.extensions.people.likelihood import (
+    Courses,
+    FreeParameter,
+    compute_log_likelihoods,
+    draw_courses,
+    split_free,
+)
+from affordance.extensions.people.participant import with_participant
 from affordance.extensions.people.pushes import Lifts
+from affordance.extensions.people.rivals import label_learner
+from affordance.extensions.people.selection import Selection, select_learners
 from affordance.extensions.people.tempered_smc import Draws, draw_prior, merge, sample
 from affordance.files.atomic import write_atomic
 from affordance.files.bounded import RESULTS, read_bytes
+from affordance.reporting.figures import FONT_SIZE, tidy
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.version import __version__
@@ -36,9 +49,14 @@ GROUPS = {
 # up to one kind for each object; and rows times lifts in one evaluation of a likelihood.
 _MOST_ROWS, _MOST_NUMBERS, _MOST_WORK = 100_000, 100_000_000, 200_000_000
 _NOISE_REPEATS = 6
+# Nodes of the grid of a learner's free parameters, in SDs of their priors, their largest number on each side, and the
+# largest number of parameters with a grid; of more, a grid would have more values than there are draws.
+_STEP, _MOST_STEPS, _MOST_ON_GRID = 0.5, 6, 2
 # Largest SD of a log likelihood over the random numbers of particles with which a fit can be relied on; about 0.9 is
 # recommended for samplers with estimated likelihoods (Pitt and others 2012, J. Econometrics 171:134-151).
 MOST_NOISE = 1.0
+_MOST_NAMED = 6  # participants with a name in a figure
+_MOST_PARTICLES = 800  # for participants whose noise is larger
 
 
 @dataclass(frozen=True)
@@ -68,6 +86,8 @@ class Question:
     seed: int = 0
     jobs: int = 1
     chains: int = 1
+    # Courses that were drawn, by participant, node of the grid, and number of the random stream.
+    _kept: dict[tuple[int, ...], Courses] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         """Raises a BadValueError if the fit would take too much memory or time."""
@@ -88,20 +108,64 @@ class Question:
         """Converts standard normal numbers, (D, F), to values of the free parameters, (D, F)."""
         return np.column_stack([each.convert(normal[:, column]) for column, each in enumerate(self.free)])
 
-    def compute(self, place: int, normal: Array, repeat: int = 0) -> Array:
+    def compute(self, place: int, normal: Array, repeats: Sequence[int] = ()) -> Array:
         """Computes log likelihoods of one participant's N pushes for D draws, both (D, ...); returns (D, N).
 
-        Each ``repeat`` has other random numbers; 0 are those of the fit.
+        If the learner has one or two free parameters, courses are drawn on a grid of their values, and the log
+        likelihood is interpolated between these. Draws with different ``repeats``, (D,), have different random
+        numbers; 0, the default, are those of the fit.
         """
-        return compute_log_likelihoods(
+        (own, pushed), numbers = split_free(self.free), np.array(repeats or [0] * len(normal))
+        participant, free = with_participant(self.settings).participant, [self.free[i] for i in pushed]
+        values, person = self.convert(normal)[:, pushed], self.lifts.people[place]
+        if len(own) > _MOST_ON_GRID:
+            courses = self._draw_courses(place, normal[:, own], numbers)
+            return compute_log_likelihoods(person, courses, np.arange(len(normal)), participant, free, values)
+        at = np.clip(normal[:, own] / _STEP, -_MOST_STEPS, _MOST_STEPS)
+        low = np.floor(at).astype(int)
+        total = np.zeros((len(normal), len(person.pushes)))
+        corners = np.array(list(itertools.product((0, 1), repeat=len(own))), dtype=int)
+        shares = [np.where(corner, at - low, 1.0 - at + low).prod(axis=1) for corner in corners]
+        nodes = np.concatenate(
+            [np.where(share[:, None] > 0.0, low + corner, low) for corner, share in zip(corners, shares, strict=True)]
+        )
+        courses, places = self._find_courses(place, nodes, np.tile(numbers, len(corners)))
+        for share, each in zip(shares, np.split(places, len(corners)), strict=True):
+            if share.any():
+                found = compute_log_likelihoods(person, courses, each, participant, free, values)
+                total += share[:, None] * found
+        return total
+
+    def _find_courses(
+        self, place: int, nodes: NDArray[np.intp], numbers: NDArray[np.intp]
+    ) -> tuple[Courses, NDArray[np.intp]]:
+        """Finds courses for nodes of the grid, (D, F), and numbers of random streams, (D,), kept or drawn now.
+
+        Returns: Courses, and which of them each of the D has, (D,).
+        """
+        wanted, places = np.unique(np.column_stack([nodes, numbers]), axis=0, return_inverse=True)
+        keys = [(place, *each) for each in wanted.tolist()]
+        is_new = np.array([key not in self._kept for key in keys])
+        if is_new.any():
+            normal: Array = _STEP * wanted[is_new, :-1].astype(float)
+            drawn = self._draw_courses(place, normal, wanted[is_new, -1])
+            new = [key for key, it in zip(keys, is_new, strict=True) if it]
+            self._kept.update({key: drawn.take(np.array([i])) for i, key in enumerate(new)})
+        return Courses(*map(np.concatenate, zip(*(self._kept[key] for key in keys), strict=True))), places.ravel()
+
+    def _draw_courses(self, place: int, normal: Array, numbers: NDArray[np.intp]) -> Courses:
+        """Draws courses for K values of the learner's parameters, (K, F), and numbers of random streams, (K,)."""
+        own = [self.free[i] for i in split_free(self.free)[0]]
+        values = [each.convert(column) for each, column in zip(own, normal.T, strict=True)]
+        return draw_courses(
             self.lifts.people[place],
             self.lifts.tools,
             self.learner,
             self.settings,
             self.free,
-            self.convert(normal),
+            np.array(values).reshape(len(own), len(normal)).T,
             particles=self.particles,
-            seed=(self.seed, place, repeat) if repeat else (self.seed, place),
+            seeds=[(self.seed, place, number) if number else (self.seed, place) for number in numbers.tolist()],
         )
 
     def compute_all(self, normal: Array) -> Array:
@@ -112,34 +176,41 @@ class Question:
     def estimate_noise(self, normal: Array) -> Array:
         """Estimates the SD of each participant's log likelihood over the particles' random numbers, (participants,).
 
+        The learner's parameters are taken at the nearest node of their grid, if there is one.
+
         Args:
             normal: Standard normal numbers of each participant's free parameters, (participants, F).
         """
-        repeats = range(1, _NOISE_REPEATS + 1)
-        tasks = [partial(self.compute, place, normal[[place]], k) for place in range(len(normal)) for k in repeats]
-        found = [parts.sum() for parts in run_tasks(tasks, jobs=self.jobs, description="particle noise")]
-        noise: Array = np.reshape(found, (len(normal), _NOISE_REPEATS)).std(axis=1, ddof=1)
-        return noise
+        tasks = [partial(self._repeat, place, each) for place, each in enumerate(normal)]
+        found = run_tasks(tasks, jobs=self.jobs, description="particle noise")
+        return np.array([totals.std(ddof=1) for totals in found])
+
+    def _repeat(self, place: int, normal: Array) -> Array:
+        """Computes a participant's log likelihood for one draw with several streams of random numbers."""
+        (own, _), normal = split_free(self.free), normal.copy()
+        if len(own) <= _MOST_ON_GRID:
+            normal[own] = _STEP * np.rint(normal[own] / _STEP)
+        parts = self.compute(place, np.tile(normal, (_NOISE_REPEATS, 1)), range(1, _NOISE_REPEATS + 1))
+        totals: Array = parts.sum(axis=1)
+        return totals
 
     def draw_prior(self) -> Array:
         """Draws standard normal numbers for the free parameters from the prior, (D, F)."""
         return draw_prior(self.draws, len(self.free), self.seed)
 
 
-def find_best(question: Question, found: Draws | Sequence[Draws]) -> Array:
-    """Finds the most probable draw for each participant, (participants, F), in standard normal numbers."""
-    each = [found] * len(question.lifts.people) if isinstance(found, Draws) else found
-    return np.array(
-        [one.normal[one.log_likelihoods.reshape(len(one.normal), -1).sum(axis=1).argmax()] for one in each]
-    )
+def find_best(question: Question, found: Draws) -> Array:
+    """Finds the most probable draw of a pooled fit for each participant, (participants, F)."""
+    best = found.normal[found.log_likelihoods.reshape(len(found.normal), -1).sum(axis=1).argmax()]
+    return np.tile(best, (len(question.lifts.people), 1))
 
 
-def warn_of_noise(names: Sequence[str], noise: Array) -> list[str]:
+def warn_of_noise(names: Sequence[str], noise: Sequence[float] | Array) -> list[str]:
     """Returns a warning for each name whose log likelihood is too noisy."""
-    pairs = zip(names, noise.tolist(), strict=True)
+    pairs = zip(names, noise, strict=True)
     return [
         f"warning: {name}: not to be relied on; with other random numbers the log likelihood has an SD of {sd:.1f}, "
-        f"must be at most {MOST_NOISE:g}: use more --particles"
+        f"must be at most {MOST_NOISE:g}, and a log score is about {sd**2 / 2:.1f} too low: use more --particles"
         for name, sd in pairs
         if sd > MOST_NOISE
     ]
@@ -151,18 +222,38 @@ def stack(parts: Sequence[Array]) -> Array:
     return np.stack([np.pad(each, ((0, 0), (0, longest - each.shape[1]))) for each in parts], axis=1)
 
 
-def fit_each(question: Question) -> list[Draws]:
-    """Draws from the posterior of each participant separately, with all chains concatenated."""
-    chains = _split_chains(question)
+class PersonFit(NamedTuple):
+    """Fit to one participant; all chains are concatenated."""
+
+    draws: Draws
+    noise: float  # SD of the log likelihood at the best draw over the particles' random numbers
+    particles: int
+
+
+def fit_each(question: Question) -> list[PersonFit]:
+    """Draws from the posterior of each participant separately.
+
+    Participants with too much noise are fitted again with four times as many particles, up to 800.
+    """
     people = range(len(question.lifts.people))
-    tasks = [partial(_fit_one, chain, place) for place in people for chain in chains]
-    found = run_tasks(tasks, jobs=question.jobs, description="fit")
-    return [merge(found[len(chains) * place : len(chains) * (place + 1)]) for place in people]
+    return run_tasks([partial(_fit_one, question, place) for place in people], jobs=question.jobs, description="fit")
 
 
-def _fit_one(question: Question, place: int) -> Draws:
-    options = {"count": question.draws, "moves": question.moves, "seed": question.seed}
-    return sample(partial(question.compute, place), len(question.free), **options)
+def _fit_one(question: Question, place: int) -> PersonFit:
+    while True:
+        chains = [
+            sample(
+                partial(chain.compute, place), len(chain.free), count=chain.draws, moves=chain.moves, seed=chain.seed
+            )
+            for chain in _split_chains(question)
+        ]
+        draws = merge(chains)
+        best = draws.normal[draws.log_likelihoods.sum(axis=1).argmax()]
+        noise = float(question._repeat(place, best).std(ddof=1))
+        particles = min(4 * question.particles, _MOST_PARTICLES)
+        if noise <= MOST_NOISE or particles <= question.particles or particles * question.draws > _MOST_ROWS:
+            return PersonFit(draws, noise, question.particles)
+        question = replace(question, particles=particles)
 
 
 def fit_pooled(question: Question) -> Draws:
@@ -339,19 +430,17 @@ class Comparison(NamedTuple):
 
     Attributes:
         participants: Names of the participants.
-        scores: One-step-ahead log scores, (participants,).
-        bic: Bayesian information criterion at the draw with the largest likelihood, (participants,).
-        best_values: Values of the F free parameters at that draw, (participants, F).
-        trials: Log scores of single pushes, (participants, N).
-        noise: SD of the log likelihood at the same draw over the random numbers of particles, (participants,).
+        fits: Fit of the learner to each participant.
+        scores: Log evidence, which is the sum of the one-step-ahead log scores, (participants,).
+        bic: Bayesian information criterion at the most probable draw, (participants,).
+        selection: How frequent the learners are, in the order of ``scores``.
     """
 
     participants: list[str]
+    fits: Mapping[str, list[PersonFit]]
     scores: Mapping[str, Array]
     bic: Mapping[str, Array]
-    best_values: Mapping[str, Array]
-    trials: Mapping[str, Array]
-    noise: Mapping[str, Array]
+    selection: Selection
 
     def find_best(self, by: str = "scores") -> list[str]:
         """Returns the name of the best learner of each participant, by ``scores`` or ``bic``."""
@@ -360,32 +449,47 @@ class Comparison(NamedTuple):
         return [names[place] for place in np.argmax(values, axis=0)]
 
     def tabulate(self) -> pd.DataFrame:
-        """Returns a table of scores and BIC, with differences from the best: one row per participant and learner."""
+        """Returns a table with one row per participant and learner, with differences from the best."""
         rows = []
         for place, participant in enumerate(self.participants):
             best = max(each[place] for each in self.scores.values())
             least = min(each[place] for each in self.bic.values())
-            for name in self.scores:
-                score, bic = self.scores[name][place], self.bic[name][place]
-                noise = self.noise[name][place]
-                rows.append((participant, name, score, score - best, bic, bic - least, noise))
-        columns = ["participant", "learner", "log_score", "behind_best", "bic", "above_best", "particle_noise"]
-        return pd.DataFrame(rows, columns=columns)
+            for column, name in enumerate(self.scores):
+                score, bic, fit = self.scores[name][place], self.bic[name][place], self.fits[name][place]
+                probability = self.selection.people[place, column]
+                rows.append((participant, name, probability, score, score - best, bic, bic - least, fit.noise))
+        columns = ["participant", "learner", "probability", "log_score", "behind_best", "bic", "above_best"]
+        return pd.DataFrame(rows, columns=[*columns, "particle_noise"])
 
 
 def compare(questions: Sequence[Question]) -> Comparison:
-    """Compares learners on the same lifts, one question per learner; without free parameters there is one draw."""
+    """Compares learners on the same lifts, one question per learner."""
     lifts = questions[0].lifts
-    scores, bic, best_values, trials, noise = {}, {}, {}, {}, {}
     counts = np.array([np.isfinite(person.pushes).sum() for person in lifts.people])
-    for question in questions:
-        normal = question.draw_prior()
-        parts = question.compute_all(normal)  # (D, participants, N)
-        name = question.learner.name
-        trials[name] = np.stack([score_ahead(parts[:, place]) for place in range(parts.shape[1])])
-        scores[name] = trials[name].sum(axis=1)
-        totals = parts.sum(axis=2)
-        bic[name] = len(question.free) * np.log(counts) - 2.0 * totals.max(axis=0)
-        best = normal[totals.argmax(axis=0)]
-        best_values[name], noise[name] = question.convert(best), question.estimate_noise(best)
-    return Comparison([person.name for person in lifts.people], scores, bic, best_values, trials, noise)
+    fits = {question.learner.name: fit_each(question) for question in questions}
+    scores = {name: np.array([each.draws.log_evidence for each in found]) for name, found in fits.items()}
+    bic = {
+        question.learner.name: len(question.free) * np.log(counts)
+        - 2.0 * np.array([each.draws.log_likelihoods.sum(axis=1).max() for each in fits[question.learner.name]])
+        for question in questions
+    }
+    selection = select_learners(np.column_stack([*scores.values()]))
+    return Comparison([person.name for person in lifts.people], fits, scores, bic, selection)
+
+
+def draw_scores(found: Comparison) -> Figure:
+    """Draws the log score of each learner behind the best, a line for each participant."""
+    figure = Figure(figsize=(7.0, 0.5 * len(found.scores) + 1.6), layout="constrained")
+    axes, names = figure.add_subplot(), [*found.scores]
+    scores = np.array([*found.scores.values()])
+    behind, places = scores - scores.max(axis=0), np.arange(len(names))
+    for column, participant in enumerate(found.participants):
+        axes.plot(behind[:, column], places, "o-", lw=0.6, ms=4, alpha=0.7, label=participant)
+    axes.set_yticks(places, [label_learner(name) for name in names])
+    axes.set(
+        xlabel="log score behind the best learner of the participant (0: the best)", ylim=(len(names) - 0.5, -0.5)
+    )
+    tidy(axes)
+    if len(found.participants) <= _MOST_NAMED:
+        axes.legend(fontsize=FONT_SIZE, loc="best")
+    return figure

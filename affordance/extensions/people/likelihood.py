@@ -2,16 +2,17 @@
 
 Two things are unobserved: what a person felt in a lift and, for learners that draw, which hypothesis was adopted.
 Particles draw both. Before each lift they are weighted by the probability density of the push (bootstrap filter), and
-resampled if the effective number is below half. Rows of the learner's arrays are D values of the parameters times P
-particles. All values share one stream of random numbers, so that differences in likelihood are caused by the values
-alone as far as possible.
+resampled if the effective number is below half. A push affects nothing that is learned, so the courses of particles
+are drawn once for each value of the learner's parameters, and weighted for any value of the participant's. Rows of
+the learner's arrays are K values of its parameters times P particles. All values share one stream of random numbers,
+so that differences in likelihood are caused by the values alone as far as possible.
 """
 
 import math
 import typing
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,7 @@ from affordance.exceptions import BadValueError, describe_choice
 from affordance.extensions.people.participant import Participant, Pushes, take, with_participant
 from affordance.extensions.people.pushes import Person
 from affordance.extensions.people.static_lifts import StaticLifter
+from affordance.extensions.people.tempered_smc import draw_prior
 from affordance.files.constraints import Within, list_field_types
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
@@ -32,6 +34,8 @@ from affordance.settings import Settings
 # Parameters of participants that can be fitted.
 OF_PARTICIPANTS = ("push_error", "gain", "lapse")
 _MOST_FREE = 8
+# Number of prior draws of a participant's parameters over which the probabilities of particles are averaged.
+_AVERAGED = 16
 
 
 @dataclass(frozen=True)
@@ -90,15 +94,25 @@ def list_free(learner: Learner, participant: Participant, names: Sequence[str] |
     return [_describe(name, learner, participant) for name in chosen]
 
 
-def set_values(
-    learner: Learner, participant: Participant, free: Sequence[FreeParameter], values: Array
-) -> tuple[Learner, Participant]:
-    """Returns learner and participant with the free parameters set to ``values``, (observers, parameters)."""
-    by_name = {each.name: tuple(values[:, column].tolist()) for column, each in enumerate(free)}
-    own = {name: value for name, value in by_name.items() if name not in OF_PARTICIPANTS}
-    pushed = {name: value for name, value in by_name.items() if name in OF_PARTICIPANTS}
+def set_learner(learner: Learner, free: Sequence[FreeParameter], values: Array) -> Learner:
+    """Returns the learner with its free parameters set to ``values``, (observers, parameters)."""
+    return learner.change(**_name_values(free, values)) if free else learner
+
+
+def set_participant(participant: Participant, free: Sequence[FreeParameter], values: Array) -> Participant:
+    """Returns a participant with the free parameters set to ``values``, (observers, parameters), and no spreads."""
     fixed = {name: getattr(participant, name) for name in OF_PARTICIPANTS}
-    return learner.change(**own) if own else learner, Participant(**{**fixed, **pushed})
+    return Participant(**{**fixed, **_name_values(free, values)})
+
+
+def _name_values(free: Sequence[FreeParameter], values: Array) -> dict[str, tuple[float, ...]]:
+    return {each.name: tuple(column) for each, column in zip(free, values.T.tolist(), strict=True)}
+
+
+def split_free(free: Sequence[FreeParameter]) -> tuple[list[int], list[int]]:
+    """Returns the places of the learner's and of the participant's parameters among free ones."""
+    is_pushed = [each.name in OF_PARTICIPANTS for each in free]
+    return [i for i, it in enumerate(is_pushed) if not it], [i for i, it in enumerate(is_pushed) if it]
 
 
 def _list_types(learner: Learner) -> Mapping[str, Any]:
@@ -123,24 +137,51 @@ def _describe(name: str, learner: Learner, participant: Participant) -> FreePara
 
 
 class _SharedDraws:
-    """Random numbers for P particles of each of D parameter values, equal for all values."""
+    """Random numbers for P particles of each of K parameter values, equal for all values with equal seeds."""
 
-    def __init__(self, rng: np.random.Generator, values: int, particles: int) -> None:
-        self._rng, self._values, self._particles = rng, values, particles
+    def __init__(self, seeds: Sequence[tuple[int, ...]], particles: int) -> None:
+        self._streams = {seed: np.random.default_rng(seed) for seed in seeds}
+        self._seeds, self._particles = seeds, particles
 
     def random(self, size: tuple[int, ...], /) -> Array:
         """Draws uniform numbers; the first dimension is that of rows."""
-        return self._repeat(self._rng.random((self._particles, *size[1:])))
+        return self._draw({seed: rng.random((self._particles, *size[1:])) for seed, rng in self._streams.items()})
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
         """Draws standard normal numbers; the first dimension is that of rows."""
-        return self._repeat(self._rng.standard_normal((self._particles, *size[1:])))
+        shape = (self._particles, *size[1:])
+        return self._draw({seed: rng.standard_normal(shape) for seed, rng in self._streams.items()})
 
-    def _repeat(self, drawn: Array) -> Array:
-        return np.tile(drawn, (self._values, *[1] * (drawn.ndim - 1)))
+    def draw_once(self) -> Array:
+        """Draws one uniform number for each of K values, (K,)."""
+        drawn = {seed: [rng.random()] for seed, rng in self._streams.items()}
+        return self._draw(drawn)
+
+    def _draw(self, drawn: Mapping[tuple[int, ...], Any]) -> Array:
+        return np.concatenate([drawn[seed] for seed in self._seeds])
 
 
-def compute_log_likelihoods(
+class Courses(NamedTuple):
+    """Courses of one person's N lifts: P particles for each of K values of the learner's free parameters.
+
+    Attributes:
+        believed: Weights believed before each lift, (K, N, P), [N].
+        last: Weights believed in the lift before, (K, N, P), [N]; NaN in the first lift.
+        ancestors: Particle that each particle continues after a lift, (K, N, P).
+        log_changes: Logarithm by which this changes its weight, (K, N, P).
+    """
+
+    believed: Array
+    last: Array
+    ancestors: NDArray[np.intp]
+    log_changes: Array
+
+    def take(self, values: NDArray[np.intp]) -> "Courses":
+        """Returns the courses of some of the K values."""
+        return Courses(self.believed[values], self.last[values], self.ancestors[values], self.log_changes[values])
+
+
+def draw_courses(
     person: Person,
     tools: Sequence[Tool],
     learner: Learner,
@@ -149,72 +190,117 @@ def compute_log_likelihoods(
     values: Array,
     *,
     particles: int,
-    seed: tuple[int, ...],
-) -> Array:
-    """Computes the log probability density of each push given those before it, (D, N); 0 for an unknown push.
+    seeds: Sequence[tuple[int, ...]],
+) -> Courses:
+    """Draws courses of a person's lifts for K values of the learner's free parameters.
+
+    No push affects what is learned, so these courses hold for all values of a participant's parameters. Particles are
+    resampled by their probability given the pushes so far, averaged over the prior of these parameters.
 
     Args:
         person: Lifts of the person.
         tools: Objects that were lifted.
         learner: Learner; its parameters that are not free keep their values.
         settings: Settings; their participant has the values that are not free.
-        free: Free parameters, F of them.
-        values: Values of the free parameters, (D, F).
+        free: All free parameters.
+        values: Values of the learner's among them, (K, F).
         particles: Number of particles P for each value.
-        seed: Seed of the stream of random numbers.
+        seeds: Seed of the stream of random numbers of each value, K of them.
     """
-    D, P = len(values), particles
-    rng = np.random.default_rng(seed)
-    draws = _SharedDraws(rng, D, P)
-    learner, participant = set_values(
-        learner, with_participant(settings).participant, free, np.repeat(values, P, axis=0)
-    )
-    pushes = _get_pushes(participant, D * P)
+    K, P, N = len(values), particles, len(person.objects)
+    draws = _SharedDraws(seeds, P)
+    of_learner, pushed = ([free[i] for i in places] for places in split_free(free))
+    learner = set_learner(learner, of_learner, np.repeat(values, P, axis=0))
+    normal = draw_prior(_AVERAGED, _MOST_FREE, 0)
+    usual = np.array([each.convert(z) for each, z in zip(pushed, normal.T, strict=False)]).reshape(-1, _AVERAGED).T
+    pushes = _get_pushes(with_participant(settings).participant, pushed, usual)
     lifter = StaticLifter(tools, settings)
-    state = learner.start(draws, learner.parameters, settings.prior, len(lifter.colours), D * P)
+    state = learner.start(draws, learner.parameters, settings.prior, len(lifter.colours), K * P)
     lifter = lifter.of_learner(learner)
     order = np.full((1, len(tools)), np.inf)
-    log_weights, last = np.full((D, P), -np.log(P)), np.full(D * P, np.nan)
-    found = np.zeros((D, len(person.objects)))
+    found = Courses(
+        np.empty((K, N, P)), np.full((K, N, P), np.nan), np.tile(np.arange(P), (K, N, 1)), np.zeros((K, N, P))
+    )
+    log_weights = np.zeros((K, _AVERAGED, P))
     for number, (lifted, push, teaches) in enumerate(zip(person.objects, person.pushes, person.teaches, strict=True)):
         thing = lifter.identify(np.array([lifted]), order)
         if teaches:
             order[0, thing] = np.minimum(order[0, thing], number)
-        colours, rows = lifter.list_colours(int(thing[0])), np.full(D * P, lifted)
-        seen, Phi = Seen(colours, np.repeat(thing, D * P)), lifter.gather(rows, colours)
-        believed = np.vecdot(Phi[:, 0], learner.expect(state, seen).compute_mode(DENSITY_FLOOR)) * lifter.gravity
+        colours, rows = lifter.list_colours(int(thing[0])), np.full(K * P, lifted)
+        seen, Phi = Seen(colours, np.repeat(thing, K * P)), lifter.gather(rows, colours)
+        expected = np.vecdot(Phi[:, 0], learner.expect(state, seen).compute_mode(DENSITY_FLOOR)) * lifter.gravity
+        found.believed[:, number] = believed = expected.reshape(K, P)
         if np.isfinite(push):
-            weighted = log_weights + pushes.compute_log_density(push, believed, last).reshape(D, P)
-            found[:, number] = logsumexp(weighted, axis=1)
-            log_weights = weighted - found[:, number, None]
+            log_weights += pushes.compute_log_density(push, believed[:, None], found.last[:, number, None])
         if teaches:
             # Errors of this lift are drawn for each index of a particle, whichever particle occupies it then.
-            drawn, log_weights = _draw_anew(log_weights, float(rng.random()))
-            if drawn is not None:
-                state, believed = take_rows(state, drawn), believed[drawn]
-            errors = draws.standard_normal((D * P, 2, lifter.num_joints)) * lifter.error_sds[:, None]
-            state = lifter.feel(state, seen, np.full(D * P, lifted), Phi, errors, draws).state
-        last = believed
+            ancestors, log_changes = _draw_anew(logsumexp(log_weights, axis=1), draws.draw_once())
+            found.ancestors[:, number], found.log_changes[:, number] = ancestors, log_changes
+            log_weights = np.take_along_axis(log_weights, ancestors[:, None], axis=2) + log_changes[:, None]
+            believed = np.take_along_axis(believed, ancestors, axis=1)
+            drawn = (ancestors + P * np.arange(K)[:, None]).ravel()
+            state = state if (drawn == np.arange(K * P)).all() else take_rows(state, drawn)
+            errors = draws.standard_normal((K * P, 2, lifter.num_joints)) * lifter.error_sds[:, None]
+            state = lifter.feel(state, seen, np.full(K * P, lifted), Phi, errors, draws).state
+        if number + 1 < N:
+            found.last[:, number + 1] = believed
     return found
 
 
-def _get_pushes(participant: Participant, size: int) -> Pushes:
-    error, gain, lapse = (take(participant, name, range(size)) for name in ("push_error", "gain", "lapse"))
-    return Pushes(error, gain, lapse)
+def compute_log_likelihoods(
+    person: Person,
+    courses: Courses,
+    places: NDArray[np.intp],
+    participant: Participant,
+    free: Sequence[FreeParameter],
+    values: Array,
+) -> Array:
+    """Computes the log probability density of each push given those before it, (D, N); 0 for an unknown push.
+
+    Args:
+        person: Lifts of the person.
+        courses: Courses of these lifts, for K values of the learner's parameters.
+        places: Which of these K each of the D values has, (D,).
+        participant: Participant, with the values that are not free.
+        free: Free parameters of the participant.
+        values: D values of these, (D, F).
+    """
+    D, P = len(places), courses.believed.shape[2]
+    pushes = _get_pushes(participant, free, values)
+    log_weights, total = np.full((D, P), -np.log(P)), np.zeros(D)
+    found = np.zeros((D, len(person.pushes)))
+    for number, push in enumerate(person.pushes):
+        if np.isfinite(push):
+            believed, last = courses.believed[places, number], courses.last[places, number]
+            log_weights = log_weights + pushes.compute_log_density(push, believed, last)
+            before, total = total, logsumexp(log_weights, axis=1)
+            found[:, number] = total - before
+        if courses.log_changes[:, number].any():
+            log_weights = np.take_along_axis(log_weights, courses.ancestors[places, number], axis=1)
+            log_weights = log_weights + courses.log_changes[places, number]
+    return found
 
 
-def _draw_anew(log_weights: Array, uniform: float) -> tuple[NDArray[np.intp] | None, Array]:
-    """Resamples particles (systematically) for values with few effective ones; returns None if there are none."""
-    D, P = log_weights.shape
-    weights = np.exp(log_weights)
+def _get_pushes(participant: Participant, free: Sequence[FreeParameter], values: Array) -> Pushes:
+    """Returns the parameters of pushes, (D, 1) each, with free values, (D, F)."""
+    own = set_participant(participant, free, values)
+    return Pushes(*(take(own, name, range(len(values)))[:, None] for name in OF_PARTICIPANTS))
+
+
+def _draw_anew(log_weights: Array, uniform: Array) -> tuple[NDArray[np.intp], Array]:
+    """Resamples the particles of K values, (K, P), systematically, by a uniform number each, where few are effective.
+
+    Returns: Ancestor of each particle, (K, P), and the logarithm by which its weight changes, (K, P).
+    """
+    K, P = log_weights.shape
+    log_shares = log_weights - logsumexp(log_weights, axis=1, keepdims=True)
+    weights = np.exp(log_shares)
     few = 1.0 / (weights**2).sum(axis=1) < 0.5 * P
-    if not few.any():
-        return None, log_weights
+    chosen, log_changes = np.tile(np.arange(P), (K, 1)), np.zeros((K, P))
     cumulative = np.cumsum(weights, axis=1)
     cumulative /= cumulative[:, -1:]
-    places = (uniform + np.arange(P)) / P
-    chosen = np.tile(np.arange(P), (D, 1))
+    places = (uniform[:, None] + np.arange(P)) / P
     for row in np.flatnonzero(few):
-        chosen[row] = np.searchsorted(cumulative[row], places)
-    log_weights = np.where(few[:, None], -np.log(P), log_weights)
-    return (chosen + P * np.arange(D)[:, None]).ravel(), log_weights
+        chosen[row] = np.searchsorted(cumulative[row], places[row])
+        log_changes[row] = -np.log(P) - log_shares[row, chosen[row]]
+    return chosen, log_changes

@@ -40,6 +40,7 @@ class Person(NamedTuple):
     objects: NDArray[np.intp]  # index of the object in ``Lifts.tools``, (N,)
     pushes: Array  # upward force before release, (N,), [N]; NaN where unknown
     teaches: Mask
+    group: str = ""  # value of the column that was named as group
 
 
 class Lifts(NamedTuple):
@@ -56,6 +57,7 @@ def read_lifts(
     tools: Sequence[Tool] = (),
     materials: Mapping[str, Material] = {},
     columns: Mapping[str, str] = {},
+    group: str = "",
 ) -> Lifts:
     """Reads the lifts of participants; simulated observers count as participants too.
 
@@ -71,12 +73,14 @@ def read_lifts(
         tools: Objects that the table names.
         materials: Materials that these may look like, by name.
         columns: Names of columns in the file, by this program's names.
+        group: Column with the group of each participant; empty for none.
 
     Raises:
         BadValueError: The table cannot be read, is too large, or has an invalid cell; or it has lifts of several
-            learners and none was chosen.
+            learners and none was chosen; or a participant is in two groups.
     """
-    cells = read_cells(path, LIFT_COLUMNS, ["object", "force"], columns)
+    known = dict.fromkeys([*LIFT_COLUMNS, group] if group else LIFT_COLUMNS)
+    cells = read_cells(path, known, ["object", "force", *([group] if group else [])], columns)
     whose = np.array(read_names(cells, "learner", PEOPLE))
     cells = cells._replace(texts=cells.texts[whose == _choose(path, list(dict.fromkeys(whose.tolist())), learner)])
     names = read_names(cells, "participant" if "participant" in cells.labels else "observer", "1")
@@ -86,13 +90,20 @@ def read_lifts(
     )
     pushes = np.array(read_numbers(cells, "force", 1e-3, 1e3, "N", "mN"))
     teaches = np.array(read_truths(cells, "teaches"))
+    groups = np.array(read_names(cells, group, "") if group else [""] * len(names))
     objects, found = _find_objects(cells, {tool.name: tool for tool in tools}, materials)
     people = []
     for name in dict.fromkeys(persons.tolist()):
         own = persons == name
         if not np.isfinite(pushes[own]).any():
             raise BadValueError(path, "force", f"is empty in all rows of participant {name}")
-        people.append(Person(name, objects[own], pushes[own], teaches[own]))
+        of = list(dict.fromkeys(groups[own].tolist()))
+        if len(of) > 1 or (group and not of[0]):
+            problem = (
+                f"is {' and '.join(each or 'empty' for each in of[:2])} for participant {name}, must be one group"
+            )
+            raise BadValueError(path, group, problem)
+        people.append(Person(name, objects[own], pushes[own], teaches[own], of[0]))
     return Lifts(tuple(people), found)
 
 

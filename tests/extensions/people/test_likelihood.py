@@ -11,8 +11,15 @@ from affordance.belief.kinds_learner import Kinds
 from affordance.belief.learner_file import load_learner
 from affordance.belief.learners import DENSITY, KINDS_DRAWN
 from affordance.extensions.people.experiments.lifts import cylinder
-from affordance.extensions.people.likelihood import compute_log_likelihoods, list_free, set_values
-from affordance.extensions.people.participant import Participant, Pushes
+from affordance.extensions.people.likelihood import (
+    compute_log_likelihoods,
+    draw_courses,
+    list_free,
+    set_learner,
+    set_participant,
+    split_free,
+)
+from affordance.extensions.people.participant import Participant, Pushes, with_participant
 from affordance.extensions.people.pushes import Person
 from affordance.extensions.people.rivals import OWN_AND_SHARED, OWN_MEMORY
 from affordance.extensions.people.static_lifts import StaticLifter
@@ -26,6 +33,16 @@ TOOLS = (
 )
 OBJECTS = np.array([0, 1, 2, 2, 0])
 ALL = np.ones(len(OBJECTS), dtype=bool)
+
+
+def compute(person, learner, settings, free, values, *, particles, seed):
+    """Log likelihoods of pushes, (D, N), with courses drawn for each of the D values."""
+    own, pushed = split_free(free)
+    courses = draw_courses(
+        person, TOOLS, learner, settings, free, values[:, own], particles=particles, seeds=[seed] * len(values)
+    )
+    participant, others = with_participant(settings).participant, [free[i] for i in pushed]
+    return compute_log_likelihoods(person, courses, np.arange(len(values)), participant, others, values[:, pushed])
 
 
 def lift(learner, settings, size, rng, pushes=None):
@@ -44,7 +61,7 @@ def test_without_errors_of_feeling_pushes_are_independent_and_normal():
     person = Person("P1", OBJECTS, pushes, ALL)
     free = list_free(OWN_MEMORY, Participant())
     values = np.array([[0.1], [0.3]])
-    found = compute_log_likelihoods(person, TOOLS, OWN_MEMORY, quiet, free, values, particles=3, seed=(0,))
+    found = compute(person, OWN_MEMORY, quiet, free, values, particles=3, seed=(0,))
     for row, (error,) in zip(found, values, strict=True):
         np.testing.assert_allclose(row, norm.logpdf(pushes, believed, error * believed), rtol=1e-6)
 
@@ -65,9 +82,7 @@ def test_likelihood_is_that_of_whole_courses_of_lifts(learner):
     assert standard_error < 0.05
     free = list_free(learner, Participant(), ["push_error"])
     person = Person("P1", OBJECTS, pushes, ALL)
-    found = compute_log_likelihoods(
-        person, TOOLS, learner, settings, free, np.array([[0.25]]), particles=2000, seed=(2,)
-    )
+    found = compute(person, learner, settings, free, np.array([[0.25]]), particles=2000, seed=(2,))
     assert found.sum() == pytest.approx(np.log(likelihoods.mean()), abs=5.0 * standard_error)
 
 
@@ -75,15 +90,14 @@ def test_a_push_that_is_not_known_counts_nothing_and_a_lift_that_does_not_teach_
     free, settings = list_free(OWN_MEMORY, Participant()), Settings()
     pushes = np.array([4.0, np.nan, 9.0, 14.0, 6.0])
 
-    def compute(teaches):
+    def find(teaches):
         person = Person("P1", OBJECTS, pushes, np.array(teaches))
-        options = {"particles": 20, "seed": (0,)}
-        return compute_log_likelihoods(person, TOOLS, OWN_MEMORY, settings, free, np.array([[0.2]]), **options)[0]
+        return compute(person, OWN_MEMORY, settings, free, np.array([[0.2]]), particles=20, seed=(0,))[0]
 
-    found = compute([True] * 5)
+    found = find([True] * 5)
     assert found[1] == 0.0
     assert (found[[0, 2, 3, 4]] != 0.0).all()
-    untaught = compute([False] * 5)
+    untaught = find([False] * 5)
     weights = 9.81 * 1000.0 * np.pi * 0.045**2 * np.array([0.06, 0.12, 0.09, 0.09, 0.06])
     expected = norm.logpdf(pushes, weights, 0.2 * weights)
     np.testing.assert_allclose(untaught[[0, 2, 3, 4]], expected[[0, 2, 3, 4]], rtol=1e-3)
@@ -95,9 +109,9 @@ def test_values_share_one_stream():
     person = Person("P1", OBJECTS, np.array([4.0, 12.0, 9.0, 14.0, 6.0]), ALL)
     options = {"particles": 10, "seed": (3,)}
     values = np.array([[0.2, 0.2], [0.25, 0.4], [0.2, 0.2]])
-    found = compute_log_likelihoods(person, TOOLS, KINDS_DRAWN, Settings(), free, values, **options)
+    found = compute(person, KINDS_DRAWN, Settings(), free, values, **options)
     np.testing.assert_allclose(found[0], found[2], rtol=1e-12)
-    alone = compute_log_likelihoods(person, TOOLS, KINDS_DRAWN, Settings(), free, values[1:2], **options)
+    alone = compute(person, KINDS_DRAWN, Settings(), free, values[1:2], **options)
     np.testing.assert_allclose(found[1], alone[0], rtol=1e-9)
 
 
@@ -134,7 +148,8 @@ def test_medians_and_spreads_of_priors():
 def test_values_are_set_by_observer_and_all_else_is_kept():
     learner, participant = Kinds("drawn", spread=3.0), Participant(push_error=0.2, gain=1.1)
     free = list_free(learner, participant, ["kappa", "lapse"])
-    own, pushed = set_values(learner, participant, free, np.array([[0.2, 0.1], [0.3, 0.05]]))
+    own = set_learner(learner, free[:1], np.array([[0.2], [0.3]]))
+    pushed = set_participant(participant, free[1:], np.array([[0.1], [0.05]]))
     assert own.parameters.kappa == (0.2, 0.3)
     assert own.parameters.spread == 3.0
     assert (pushed.push_error, pushed.gain, pushed.lapse) == (0.2, 1.1, (0.1, 0.05))
