@@ -29,7 +29,7 @@ from affordance.version import __version__
 # Commands that need no system library.
 _FREE = ("doctor",)
 # Commands that may take seconds but have no progress bar: the elapsed time is shown.
-_SHOW_TIME = ("guess", "rank", "next", "compare-robots", "excite", "identify", "memory")
+_SHOW_TIME = ("see", "guess", "rank", "next", "compare-robots", "excite", "identify", "memory")
 # Names of the encoding of the locales C and POSIX, on Linux and macOS.
 _ASCII = ("ANSI_X3.4-1968", "US-ASCII")
 # Messages of the dynamic loader if it has no memory for a library.

@@ -74,6 +74,11 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
         ),
     },
     "Choice of tools": {
+        "see": Entry(
+            "measure an object in a colour and depth picture of your own, for guess, rank and next",
+            "cup.png --depth cup_depth.png --camera camera.json --at 312 240 --holds liquid",
+            "pixels",
+        ),
         "guess": Entry(
             "estimate mass, centre of mass and inertia of objects from how they look, before they are held",
             "tools.yaml",

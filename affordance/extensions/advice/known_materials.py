@@ -8,6 +8,7 @@ import numpy as np
 from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.positive_normal import find_untruncated
 from affordance.belief.prior import Prior
 from affordance.choice.options import Option
 from affordance.choice.weighed import WeighedObject, describe_weighings
@@ -91,8 +92,10 @@ def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Materia
     for column, alike in by_column.items():
         densities = np.array([each.density for each in alike])
         variance = float(np.mean([max(each.density_sd, _CERTAIN_SD) ** 2 for each in alike]) + densities.var())
-        precision[column, column] = 1.0 / variance - 1.0 / prior.sd**2
-        information[column] = densities.mean() / variance - prior.mode / prior.sd**2
+        # Mean and spread are those of positive densities; the belief is the normal distribution that has them there.
+        ((mean,), (sd,)) = find_untruncated(densities.mean(keepdims=True), np.sqrt([variance]))
+        precision[column, column] = 1.0 / sd**2 - 1.0 / prior.sd**2
+        information[column] = mean / sd**2 - prior.mode / prior.sd**2
     return memory.set_prior(memory.prior.condition(Likelihood(precision, information, 0.0)))
 
 

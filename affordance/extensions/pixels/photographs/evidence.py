@@ -1,0 +1,107 @@
+"""Collects what a picture shows about the form of an object: its surface, what is empty, and what rays must meet."""
+
+import cv2
+import numpy as np
+
+from affordance.arrays import Array, Mask
+from affordance.extensions.pixels.photographs.camera import PinholeCamera
+from affordance.extensions.pixels.photographs.superquadric import Evidence
+from affordance.extensions.pixels.photographs.table import Table
+
+# Numbers of readings and of rays that are used.
+_MOST_READINGS, _MOST_RAYS, _STEPS = 250, 160, 12
+# Distance from the outline at which rays are known to miss the object, as a fraction of its width, and at least so
+# much, [pixels]. Both outlines, of colour and depth, are that uncertain.
+_BESIDE, _LEAST_BESIDE = 0.03, 3
+# A missing reading so near to something in front of the object may be hidden by it, [pixels].
+_IN_FRONT = 12
+# Readings that differ by less than this can be of one thing, [m].
+_SAME = 0.02
+# Empty space ends this far before what is seen behind it, [m].
+_BEFORE = 5e-3
+# Space is empty up to this multiple of the object's height.
+_HIGHER = 1.3
+
+
+def collect_evidence(
+    points: Array, mask: Mask, table: Table, camera: PinholeCamera, X_CW: Array, rng: np.random.Generator
+) -> Evidence:
+    """Collects the evidence about the object of a mask, in W.
+
+    A missing reading outside of the mask is a shadow on what is behind, so that the space above the table is empty
+    there. One beside something nearer than the object shows nothing, because that may hide the object. A missing
+    reading inside the mask is due to gloss: the ray meets the object somewhere.
+
+    Args:
+        points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].
+        mask: Pixels that show the object, (height, width).
+        table: Table on which it stands.
+        camera: Camera.
+        X_CW: Pose of W in C, (4, 4).
+        rng: Random number generator, for the choice of readings and rays.
+    """
+    is_read = np.isfinite(points[..., 2])
+    square = np.ones((3, 3), np.uint8)
+    inner = cv2.erode(mask.astype(np.uint8), square).astype(bool)
+    surface = points[inner & is_read] if (inner & is_read).any() else points[mask & is_read]
+    surface = _to_table(surface, X_CW)
+    top = _HIGHER * float(np.percentile(surface[:, 2], 98.0))
+    surface = surface[surface[:, 2] > 0.0]
+    chosen = rng.choice(len(surface), min(_MOST_READINGS, len(surface)), replace=False)
+    width = np.sqrt(mask.sum())
+    wide = max(_LEAST_BESIDE, round(_BESIDE * width))
+    rim = _grow(mask, wide + 1) & ~_grow(mask, wide)
+    far = _grow(mask, wide + 1 + round(0.2 * width)) & ~_grow(mask, wide + round(0.2 * width))
+    object_depth = _spread(np.where(mask & is_read, points[..., 2], np.nan))
+    beside = np.where(is_read & ~mask, points[..., 2], np.inf)
+    window = np.ones((2 * _IN_FRONT + 1, 2 * _IN_FRONT + 1), np.uint8)
+    nearest = np.where(is_read, beside, cv2.erode(beside, window))
+    is_hidden = nearest < object_depth - _SAME
+    missing = inner & ~is_read
+    rays = []
+    for where, ends in ((rim | far) & ~is_hidden, True), (missing, False):
+        chosen_rays = rng.permutation(np.argwhere(where))[:_MOST_RAYS]
+        rows, columns = chosen_rays[:, 0], chosen_rays[:, 1]
+        directions = camera.compute_rays(columns, rows)
+        seen = (
+            np.where(is_read, points[..., 2], np.inf)[rows, columns] - _BEFORE if ends else np.full(len(rows), np.inf)
+        )
+        rays.append(_sample(directions, seen, table, top, X_CW))
+    return Evidence(surface[chosen], *rays)
+
+
+def _sample(directions: Array, seen: Array, table: Table, top: float, X_CW: Array) -> Array:
+    """Samples rays from the height ``top`` to the table or to what is seen, (K, S, 3) in W."""
+    slope = directions @ table.normal
+    slope = np.where(np.abs(slope) < 1e-6, -1e-6, slope)
+    at_top, at_table = (table.offset + top) / slope, table.offset / slope  # depths
+    first = np.maximum(np.minimum(at_top, at_table), 0.05)
+    last = np.minimum(np.maximum(at_top, at_table), seen)
+    # A ray that is nearly parallel to the table stays above it: beyond a metre of it there is no object.
+    last = np.minimum(last, first + 1.0)
+    is_long = last > first
+    steps = np.linspace(0.0, 1.0, _STEPS)
+    depth = first[is_long, None] + steps * (last - first)[is_long, None]
+    return _to_table(depth[..., None] * directions[is_long, None, :], X_CW)
+
+
+def _to_table(p_C: Array, X_CW: Array) -> Array:
+    moved: Array = (p_C - X_CW[:3, 3]) @ X_CW[:3, :3]
+    return moved
+
+
+def _grow(mask: Mask, by: int) -> Mask:
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * by + 1, 2 * by + 1))
+    return cv2.dilate(mask.astype(np.uint8), disc).astype(bool)
+
+
+def _spread(values: Array) -> Array:
+    """Gives every pixel the value of the nearest pixel that has one."""
+    known = np.isfinite(values)
+    _, labels = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    by_label = np.zeros(int(labels.max()) + 1)
+    by_label[labels[known]] = values[known]
+    spread: Array = by_label[labels]
+    return spread

@@ -1,0 +1,69 @@
+"""Finds the pixels that show one object on a table."""
+
+import cv2
+import numpy as np
+
+from affordance.arrays import Array, Mask
+from affordance.exceptions import NothingSeenError, TooSmallError
+from affordance.extensions.pixels.photographs.table import Table
+
+# Heights above the table at which a reading shows an object, [m].
+_LOWEST, _HIGHEST = 8e-3, 0.5
+# Neighbouring readings that differ by more than this show two things, [m].
+_JUMP = 0.02
+# A click shows the nearest object within this distance, [pixels].
+_MISSED_BY = 8.0
+_LEAST_PIXELS = 150
+
+
+def find_object(points: Array, table: Table, at: tuple[float, float] | None) -> Mask:
+    """Finds the pixels of the object at a pixel, column and row; without it, of the one nearest to the middle.
+
+    Raises:
+        NothingSeenError: There is no object, or none at the pixel.
+        TooSmallError: It is too small to be measured.
+    """
+    depth = points[..., 2]
+    height, width = depth.shape
+    heights = table.measure_heights(points)
+    with np.errstate(invalid="ignore"):
+        above = (heights > _LOWEST) & (heights < _HIGHEST)
+        cut = np.zeros_like(above)
+        cut[:, 1:] |= np.abs(np.diff(depth, axis=1)) > _JUMP
+        cut[1:] |= np.abs(np.diff(depth, axis=0)) > _JUMP
+    square = np.ones((3, 3), np.uint8)
+    opened = cv2.morphologyEx((above & ~cut).astype(np.uint8), cv2.MORPH_OPEN, square)
+    count, labels, sizes, _ = cv2.connectedComponentsWithStats(opened, connectivity=4)
+    large = [number for number in range(1, count) if sizes[number, cv2.CC_STAT_AREA] >= _LEAST_PIXELS]
+    place = np.array([0.5 * width, 0.5 * height] if at is None else at)
+    rows, columns = np.nonzero(np.isin(labels, large))
+    if not len(rows):
+        raise NothingSeenError("nothing stands on the table", np.zeros((height, width, 3)), depth)
+    distances = np.hypot(columns - place[0], rows - place[1])
+    nearest = int(np.argmin(distances))
+    if at is not None and distances[nearest] > _MISSED_BY:
+        beside = f"({columns[nearest]}, {rows[nearest]})"
+        problem = f"pixel ({at[0]:g}, {at[1]:g}) shows no object above the table; the nearest one is at {beside}"
+        raise NothingSeenError(problem, np.zeros((height, width, 3)), depth)
+    chosen = labels == labels[rows[nearest], columns[nearest]]
+    grown = cv2.dilate(chosen.astype(np.uint8), square).astype(bool) & above
+    return fill_holes(grown)
+
+
+def fill_holes(mask: Mask) -> Mask:
+    """Fills what a mask encloses: readings that are missing there are due to gloss, as shadows are outside."""
+    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return cv2.drawContours(np.zeros(mask.shape, np.uint8), outlines, -1, 1, cv2.FILLED).astype(bool)
+
+
+def check_mask(mask: Mask, depth: Array) -> None:
+    """Raises a TooSmallError unless a mask has enough pixels with depth readings."""
+    number = int((mask & np.isfinite(depth)).sum())
+    if number < _LEAST_PIXELS:
+        problem = f"the object has {number} pixels with a depth reading, must have at least {_LEAST_PIXELS}"
+        raise TooSmallError(f"{problem}; go nearer", np.zeros((*mask.shape, 3)), depth)
+
+
+def reaches_edge(mask: Mask) -> bool:
+    """Returns True if an object reaches the edge of its picture, so that it may continue outside."""
+    return bool(mask[[0, -1]].any() or mask[:, [0, -1]].any())

@@ -1,0 +1,119 @@
+"""Reads the colour and depth pictures of a camera; sizes are checked before a picture is decoded."""
+
+import io
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from affordance.arrays import Array, Mask
+from affordance.exceptions import BadValueError
+from affordance.files.bounded import read_bytes
+
+# Bounds of a picture's file, [bytes], and of its width and height, [pixels]; cameras with depth have at most 4096.
+_FILE, _SIDE_MIN, _SIDE_MAX = 100_000_000, 16, 8192
+# Unit of depth in whole numbers that most cameras use, [m].
+USUAL_UNIT = 1e-3
+_UNITS = (1e-3, 1e-4, 2e-4, 2.5e-4)
+# Bounds of the median distance from which objects that a hand can hold are measured, [m].
+_NEAREST, _FARTHEST = 0.1, 5.0
+_LEAST_READ = 0.1  # share of pixels that have a reading
+_ALIGN = (
+    "register depth to colour first: rs.align(rs.stream.color) of RealSense, depth_image_to_color_camera of Azure "
+    "Kinect, depth_registration of OpenNI"
+)
+
+
+def read_colour(path: Path) -> NDArray[np.uint8]:
+    """Reads a PNG, JPEG or TIFF as red, green and blue, (height, width, 3); others raise a BadValueError."""
+    return np.asarray(_decode(path, ("PNG", "JPEG", "TIFF"), "RGB"), dtype=np.uint8)
+
+
+def read_mask(path: Path, size: tuple[int, int]) -> Mask:
+    """Reads a PNG that is not black where it shows the object, (height, width).
+
+    A picture of another size than (width, height), or one that is all black, raises a BadValueError.
+    """
+    mask: Mask = np.asarray(_decode(path, ("PNG",), "L")) > 0
+    _check_same_size(path, mask, size)
+    if not mask.any():
+        raise BadValueError(path, "", "is black, must be white where it shows the object")
+    return mask
+
+
+def read_depth(path: Path, size: tuple[int, int], unit: float | None = None) -> Array:
+    """Reads depth along the camera's axis, (height, width), [m], NaN where there is no reading.
+
+    Args:
+        path: PNG of 16 bits, TIFF of 32-bit numbers in m, or NPY of numbers in m or whole numbers.
+        size: Width and height of the colour picture, [pixels].
+        unit: Unit of whole numbers, [m]; None for 1 mm.
+
+    Raises:
+        BadValueError: The file is unreadable, of another size than the colour picture, or not in that unit.
+    """
+    suffix = path.suffix.lower()
+    found = _load_array(path) if suffix == ".npy" else np.asarray(_decode(path, ("PNG", "TIFF")))
+    if found.ndim != 2 or found.dtype.kind not in "uif" or found.dtype.itemsize < 2:
+        problem = f"has {found.dtype} of shape {found.shape}, must have one number of 16 or 32 bits per pixel"
+        raise BadValueError(path, "", f"{problem}: a picture of depth for the eye does not say how far things are")
+    _check_same_size(path, found, size)
+    scale = 1.0 if found.dtype.kind == "f" else (unit or USUAL_UNIT)
+    depth = scale * found.astype(float)
+    depth[~(np.isfinite(depth) & (depth > 0.0))] = np.nan
+    if np.isfinite(depth).mean() < _LEAST_READ:
+        share = 100.0 * np.isfinite(depth).mean()
+        raise BadValueError(
+            path, "", f"has readings in {share:.0f} % of its pixels, must have {100 * _LEAST_READ:.0f} %"
+        )
+    median = float(np.nanmedian(depth))
+    if not _NEAREST <= median <= _FARTHEST:
+        fitting = [f"{each:g}" for each in _UNITS if _NEAREST <= median / scale * each <= _FARTHEST]
+        hint = f"; with --depth-unit {fitting[-1]} it fits" if found.dtype.kind != "f" and fitting else ""
+        problem = f"shows things {median:.3g} m away in the median, must be from {_NEAREST:g} to {_FARTHEST:g} m"
+        raise BadValueError(path, "", problem + hint)
+    return depth
+
+
+def _decode(path: Path, formats: tuple[str, ...], mode: str = "") -> Image.Image:
+    """Decodes a picture of bounded size; a file that is none raises a BadValueError."""
+    content = read_bytes(path, _FILE)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # sizes are checked below
+            picture = Image.open(io.BytesIO(content), formats=formats)
+        _check_sides(path, *picture.size)
+        return picture.convert(mode) if mode else picture.copy()
+    except BadValueError:
+        raise
+    except Exception as error:  # decoders raise all kinds of errors on corrupt files
+        problem = f"is no readable picture, must be {' or '.join(formats)}: {error}"
+        raise BadValueError(path, "", problem) from error
+
+
+def _load_array(path: Path) -> NDArray[Any]:
+    try:
+        found = np.load(io.BytesIO(read_bytes(path, _FILE)), allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
+        raise BadValueError(path, "", f"is no array of numbers: {error}") from error
+    if not isinstance(found, np.ndarray):
+        raise BadValueError(path, "", "holds several arrays, must be one array")
+    if found.ndim == 2:
+        _check_sides(path, found.shape[1], found.shape[0])
+    return found
+
+
+def _check_sides(path: Path, width: int, height: int) -> None:
+    if min(width, height) < _SIDE_MIN or max(width, height) > _SIDE_MAX:
+        problem = f"has {width} x {height} pixels, must have from {_SIDE_MIN} to {_SIDE_MAX} along each side"
+        raise BadValueError(path, "", problem)
+
+
+def _check_same_size(path: Path, found: NDArray[Any], size: tuple[int, int]) -> None:
+    height, width = found.shape
+    if (width, height) != size:
+        problem = f"has {width} x {height} pixels, the colour picture {size[0]} x {size[1]}, must be the same"
+        raise BadValueError(path, "", f"{problem}; {_ALIGN}")

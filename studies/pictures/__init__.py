@@ -1,0 +1,1 @@
+"""Study of objects in photographs and in ray-cast pictures."""

@@ -1,0 +1,73 @@
+"""Real pictures of the study: outlines, words and masses of ours, and the true volumes of the published surfaces."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+import scipy
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.extensions.pixels.photographs.camera import PinholeCamera
+from affordance.extensions.pixels.photographs.pictures import read_colour, read_depth
+from affordance.extensions.pixels.photographs.see import SeenObject, see
+from affordance.extensions.pixels.photographs.seen_picture import write_seen
+from affordance.files.bounded import read_yaml
+
+LABELS = Path(__file__).with_name("pictures.yaml")
+# Where a clone of github.com/yuxng/PoseCNN has pictures and surfaces.
+_IMAGES, _SURFACES = Path("data") / "demo_images", Path("data") / "LOV" / "models"
+# Grid and radius of the closing that fills a concave surface's points, [m].
+_GRID, _CLOSING = 3e-3, 0.012
+
+
+class Reading(NamedTuple):
+    """One object in one picture."""
+
+    picture: str
+    name: str
+    seen: SeenObject
+    volume: float  # true outer volume, [m^3]
+    mass: float  # published mass, [kg]
+    kind: str | None  # what it holds, if a person would say it
+
+
+def check_data(data: Path) -> Path:
+    """Returns a clone of PoseCNN; another folder raises a BadValueError."""
+    if not (data / _IMAGES).is_dir():
+        problem = f"has no {_IMAGES}, must be a clone of github.com/yuxng/PoseCNN"
+        raise BadValueError(data, "", problem)
+    return data
+
+
+def read_all(data: Path, out: Path) -> Iterator[Reading]:
+    """Measures all objects of all pictures, and draws each into a folder."""
+    labels: dict[str, Any] = read_yaml(LABELS)
+    camera = PinholeCamera(**labels["camera"])
+    for picture, outlines in labels["pictures"].items():
+        colour = read_colour(data / _IMAGES / f"{picture}-color.png")
+        depth = read_depth(
+            data / _IMAGES / f"{picture}-depth.png", (camera.width, camera.height), labels["depth_unit"]
+        )
+        for name, corners in outlines.items():
+            thing = labels["objects"][name]
+            mask = cv2.fillPoly(np.zeros(depth.shape, np.uint8), [np.array(corners).reshape(-1, 1, 2)], (1,)) > 0
+            seen = see(colour, depth, camera, mask=mask)
+            write_seen(out / f"{picture}_{name}.png", seen, colour)
+            points = np.loadtxt(data / _SURFACES / name / "points.xyz")
+            volume = measure_volume(points, is_concave=thing.get("concave", False))
+            yield Reading(picture, name, seen, volume, thing["mass"], thing.get("holds"))
+
+
+def measure_volume(points: Array, *, is_concave: bool) -> float:
+    """Computes the outer volume of a surface's points, (n, 3), [m^3]: of their hull or, if concave, of a closing."""
+    if not is_concave:
+        return float(scipy.spatial.ConvexHull(points).volume)
+    low = points.min(axis=0) - 3.0 * _CLOSING
+    cells = ((points - low) / _GRID).astype(int)
+    away = np.ones(cells.max(axis=0) + int(3.0 * _CLOSING / _GRID) + 2, dtype=bool)
+    away[tuple(cells.T)] = False
+    grown = scipy.ndimage.binary_fill_holes(scipy.ndimage.distance_transform_edt(away) * _GRID <= _CLOSING)
+    return float((scipy.ndimage.distance_transform_edt(grown) * _GRID > _CLOSING).sum() * _GRID**3)
