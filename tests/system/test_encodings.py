@@ -25,8 +25,9 @@ def list_without_encoding(text):
         if name not in CALLS or binary or any(keyword.arg == "encoding" for keyword in node.keywords):
             continue
         own = name == "write_text" and isinstance(node.func, ast.Name)  # files.atomic writes UTF-8
-        # Of a bag, which has its own encoding, members of archives, which are bytes, and handles of the kernel.
-        own |= ast.unparse(node.func) in ("reader.open", "archive.open", "os.open")
+        # Of a bag, which has its own encoding, members of archives and pictures, which are bytes, and handles of the
+        # kernel.
+        own |= ast.unparse(node.func) in ("reader.open", "archive.open", "Image.open", "os.open")
         if not own and len(node.args) < CALLS[name]:
             found.append(node.lineno)
     return found

@@ -9,13 +9,10 @@ from typing import Any
 import numpy as np
 
 from affordance.arguments import check_number
-from affordance.belief.material_memory import MaterialMemory
 from affordance.commands import answers
 from affordance.commands.demo import check_alone
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError, SeeingError, describe_choice
-from affordance.extensions.advice.expected_inertia import expect
-from affordance.extensions.advice.known_materials import know_by_name
 from affordance.extensions.pixels.photographs.camera import read_camera
 from affordance.extensions.pixels.photographs.contents import MATERIALS_BY_KIND, UNKNOWN
 from affordance.extensions.pixels.photographs.example import CANS, write_examples
@@ -24,8 +21,8 @@ from affordance.extensions.pixels.photographs.see import SeenObject, see
 from affordance.extensions.pixels.photographs.seen_picture import write_seen
 from affordance.objects.load import load_tools
 from affordance.objects.materials import Material, load_materials
+from affordance.objects.tool import Tool
 from affordance.reporting.formatting import break_line
-from affordance.settings import DEFAULT_SETTINGS
 
 # Exit status if the object is doubted and no outline was given: seen.png is written, but no tools file.
 _DOUBTED = 3
@@ -137,11 +134,22 @@ def _build_content(
     }
     if written is not None:
         (tool,) = load_tools(written)
-        prior = DEFAULT_SETTINGS.prior
-        known = know_by_name(MaterialMemory(DEFAULT_SETTINGS.learner), [tool], load_materials(), prior)
-        content["mass"] = expect(tool, known.memory).whole.mass._asdict()
+        content["mass"] = _expect_mass(tool)
         content["materials"] = list(dict.fromkeys(part.material.name for part in tool.components))
     return content
+
+
+def _expect_mass(tool: Tool) -> dict[str, float]:
+    """Computes the mass that ``affordance guess`` expects: mean and 90 % interval."""
+    # Imported here, because pictures are measured without advice and without Drake.
+    from affordance.belief.material_memory import MaterialMemory
+    from affordance.extensions.advice.expected_inertia import expect
+    from affordance.extensions.advice.known_materials import know_by_name
+    from affordance.settings import DEFAULT_SETTINGS
+
+    prior = DEFAULT_SETTINGS.prior
+    known = know_by_name(MaterialMemory(DEFAULT_SETTINGS.learner), [tool], load_materials(), prior)
+    return expect(tool, known.memory).whole.mass._asdict()
 
 
 def _describe(content: dict[str, Any]) -> Iterator[str]:

@@ -29,8 +29,8 @@ def collect_evidence(
     """Collects the evidence about the object of a mask, in W.
 
     A missing reading outside of the mask is a shadow on what is behind, so that the space above the table is empty
-    there. One beside something nearer than the object shows nothing, because that may hide the object. A missing
-    reading inside the mask is due to gloss: the ray meets the object somewhere.
+    there. Next to something nearer, which may hide the object, it says nothing. A missing reading inside the mask is
+    due to gloss: the ray meets the object somewhere.
 
     Args:
         points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].

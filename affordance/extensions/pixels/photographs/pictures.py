@@ -79,7 +79,7 @@ def read_depth(path: Path, size: tuple[int, int], unit: float | None = None) -> 
 
 
 def _decode(path: Path, formats: tuple[str, ...], mode: str = "") -> Image.Image:
-    """Decodes a picture of bounded size; a file that is none raises a BadValueError."""
+    """Decodes a picture of bounded size; any other file raises a BadValueError."""
     content = read_bytes(path, _FILE)
     try:
         with warnings.catch_warnings():

@@ -184,7 +184,7 @@ def _build(theta: Array, is_lying: bool) -> Superquadric:
 
 
 def _climb(evidence: Evidence, lift_sd: float, is_lying: bool, start: Array, steps: int) -> OptimizeResult:
-    """Fits one hypothesis in at most so many steps."""
+    """Fits one hypothesis; stops after the given number of steps."""
     ways = [evidence.surface, evidence.empty, evidence.met]
     weights = [np.sqrt(min(1.0, _WORTH / max(len(way), 1))) for way in ways]
 
