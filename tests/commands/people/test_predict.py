@@ -121,7 +121,7 @@ def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
 
 @pytest.mark.usefixtures("few")
 def test_best_measure_is_said_to_be_picked(tmp_path):
-    text = call("predict", "linear_plus", tmp_path, "--repeats", 2)
+    text = call("predict", "linear_plus_plus", tmp_path, "--repeats", 2)
     assert len(text.splitlines()) < 12
     assert "picked after they were simulated" in " ".join(text.split())
 
