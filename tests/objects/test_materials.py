@@ -91,7 +91,9 @@ def test_every_material_has_a_spread_a_source_and_a_colour_of_its_own():
     materials = load_materials().values()
     assert len(materials) >= 35
     for each in materials:
-        assert 0.0 < each.density_sd < 0.25 * each.density
+        # What a thing holds is known by far less than what it is made of.
+        most = 1.0 if each.name.startswith(("holds_", "household_")) else 0.25
+        assert 0.0 < each.density_sd < most * each.density
         assert len(each.source) > 20
     for one, other in itertools.combinations(materials, 2):
         assert not is_same_colour(one.colour, other.colour), (one.name, other.name)
