@@ -226,7 +226,7 @@ def test_how_tos_show_code_that_runs(tmp_path, monkeypatch):
 
 def test_questions_are_the_titles_of_how_tos():
     titles = [path.read_text().partition("\n")[0] for path in (ROOT / "docs" / "howto").glob("*.md")]
-    assert len(titles) == 13
+    assert len(titles) == 14
     assert all(re.fullmatch(r"# .*\?", title) for title in titles)
 
 

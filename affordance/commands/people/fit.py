@@ -35,14 +35,14 @@ from affordance.reporting.figures import save_figure
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints means and 90 % intervals of free parameters, log scores one step ahead, and the noise of particles."""
+    for option in ("group", "check"):
+        if arguments.pooled and getattr(arguments, option):
+            raise BadValueError(f"--{option}", "", "cannot be used with --pooled: it needs a fit of each participant")
     settings, lifts = read_setting(arguments)
     names = None if arguments.free is None else [each.strip() for each in arguments.free.split(",")]
     if not 1 <= arguments.chains <= 16:
         nearest = min(max(arguments.chains, 1), 16)
         raise BadValueError("--chains", "", f"is {arguments.chains}, must be from 1 to 16; the nearest is {nearest}")
-    for option in ("group", "check"):
-        if arguments.pooled and getattr(arguments, option):
-            raise BadValueError(f"--{option}", "", "cannot be used with --pooled: it needs a fit of each participant")
     question = ask(arguments, settings, lifts, read_learner(arguments.learner), names)
     question = replace(question, chains=arguments.chains)
     if not question.free:
