@@ -20,6 +20,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.options import add_weighings
 from affordance.commands.arguments import add_jobs, add_out, add_repeats, add_seed
+from affordance.exceptions import SeeingError
 from affordance.extensions.advice.known_materials import know_by_name, learn_weighings
 from affordance.extensions.pixels.photographs.contents import MATERIALS_BY_KIND, UNKNOWN
 from affordance.extensions.pixels.photographs.see import see
@@ -64,9 +65,21 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def run_scene(config: PicturesConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Measures one ray-cast scene; returns errors in logarithm of the volume and in place, with their SDs."""
+    """Measures one ray-cast scene; returns errors in logarithm of the volume and in place, with their SDs.
+
+    They are NaN if the picture is refused.
+    """
     scene = draw_scene(config.seed, repeat)
-    seen = see(scene.picture.colour, scene.picture.depth, scene.camera, at=scene.at)
+    kind = np.array(repeat % 3)
+    try:
+        seen = see(scene.picture.colour, scene.picture.depth, scene.camera, at=scene.at)
+    except SeeingError:
+        nothing, no = np.array(np.nan), np.array(False)
+        place = np.full(3, np.nan)
+        return {
+            **{"log_ratio": nothing, "log_sd": nothing, "place": place, "place_sd": nothing},
+            **{"good": no, "parts": np.array(0), "kind": kind},
+        }
     volumes = [part.solid.volume for part in seen.parts]
     middle = np.average([part.solid.X_WS[:3, 3] for part in seen.parts], axis=0, weights=volumes)
     centre = seen.X_CW[:3, :3] @ middle + seen.X_CW[:3, 3]
@@ -77,7 +90,7 @@ def run_scene(config: PicturesConfig, repeat: int) -> Mapping[str, NDArray[Any]]
         "place_sd": np.array(max(part.place_sd for part in seen.parts)),
         "good": np.array(seen.is_good_fit),
         "parts": np.array(len(seen.parts)),
-        "kind": np.array(repeat % 3),
+        "kind": kind,
     }
 
 
@@ -104,13 +117,16 @@ def tabulate_scenes(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     rows, numbers = [], dict[str, Any]()
     groups = {"all": np.ones(len(found["kind"]), dtype=bool)}
     groups |= {name: found["kind"] == k for k, name in enumerate(("box", "cylinder", "superquadric"))}
-    for name, own in groups.items():
+    is_seen = found["parts"] > 0
+    for name, chosen in groups.items():
+        own = chosen & is_seen
         if not own.any():
             continue
         error, sd = found["log_ratio"][own], found["log_sd"][own]
         place, place_sd = found["place"][own], found["place_sd"][own, None]
         numbers[name] = {
-            "scenes": int(own.sum()),
+            "scenes": int(chosen.sum()),
+            "refused": int((chosen & ~is_seen).sum()),
             "median_volume_error": float(np.median(np.abs(np.expm1(error)))),
             "volume_inside": [float(np.mean(np.abs(error) < half * sd)) for half in (_HALF50, _HALF90)],
             "median_place_m": float(np.median(np.linalg.norm(place, axis=1))),
@@ -122,7 +138,7 @@ def tabulate_scenes(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         rows.append(
             [
                 name,
-                str(n["scenes"]),
+                f"{n['scenes']}, {n['refused']}",
                 f"{100 * n['median_volume_error']:.0f} %",
                 _show_shares(n["volume_inside"]),
                 f"{1e3 * n['median_place_m']:.1f} mm",
@@ -133,7 +149,7 @@ def tabulate_scenes(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         )
     header = [
         "ray-cast",
-        "scenes",
+        "scenes, refused",
         "volume error",
         "in 50, 90 %",
         "centre error",

@@ -6,9 +6,11 @@ from helpers.refusals import refuse
 from helpers.results_files import read_numbers
 from helpers.study_runs import run_study
 
+from affordance.exceptions import NothingSeenError
 from affordance.extensions.pixels.photographs.example import CANS, cast_example
 from affordance.extensions.pixels.photographs.see import see
 from affordance.files.bounded import read_yaml
+from studies.pictures import command
 from studies.pictures.command import STUDY, draw_masses, tabulate_masses, tabulate_readings
 from studies.pictures.photographs import LABELS, Reading, check_data, measure_volume
 from studies.pictures.scenes import draw_scene
@@ -33,6 +35,20 @@ def test_scenes_go_through_kinds_and_show_the_object():
         u, v = (round(each) for each in scene.at)
         near = scene.picture.depth[v - 5 : v + 6, u - 5 : u + 6]
         assert abs(np.nanmedian(near[near > 0.0]) - scene.centre[2]) < 0.15
+
+
+def test_refused_scene_is_counted_and_has_no_error(monkeypatch, capsys):
+    def refuse_picture(*arguments, **options):
+        raise NothingSeenError("nothing", *cast_example("can")[0])
+
+    monkeypatch.setattr(command, "see", refuse_picture)
+    found = [command.run_scene(command.PicturesConfig(0), number) for number in range(2)]
+    seen = {name: 0.1 * np.ones_like(value, dtype=float) for name, value in found[0].items()}
+    seen |= {"good": np.array(True), "parts": np.array(1), "kind": np.array(0)}
+    numbers = command.tabulate_scenes({name: np.stack([each[name] for each in (*found, seen)]) for name in seen})
+    assert (numbers["all"]["scenes"], numbers["all"]["refused"]) == (3, 2)
+    assert numbers["all"]["median_volume_error"] == pytest.approx(np.expm1(0.1))
+    assert "| all | 3, 2 |" in capsys.readouterr().out
 
 
 def test_volume_of_a_surface_is_that_of_its_hull_or_of_a_closing():
@@ -77,5 +93,5 @@ def test_the_study_prints_and_writes_its_table(tmp_path, capsys):
     run_study(STUDY, "--repeats", 3, "--jobs", 1, "--out", tmp_path)
     numbers = read_numbers(tmp_path / "pictures")
     assert numbers["scenes"]["all"]["scenes"] == 3
-    assert "| all | 3 |" in capsys.readouterr().out
+    assert "| all | 3, 0 |" in capsys.readouterr().out
     assert "must be a clone of github.com/yuxng/PoseCNN" in refuse(check_data, tmp_path)
