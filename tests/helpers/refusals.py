@@ -1,6 +1,8 @@
 """Calls and commands that must be refused in one line."""
 
-from collections.abc import Callable
+import contextlib
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -20,11 +22,20 @@ def refuse(call: Callable[..., object], *arguments: object, error: type = BadVal
 
 def refuse_command(*words: object) -> str:
     """Returns the line that a refused command writes: exit status 2, and no file of the working folder changes."""
-    before = _list_files()
-    answered = answer(*words, status=2)
-    assert (answered.out, answered.err.count("\n")) == ("", 1)
-    assert _list_files() == before
+    with _leave_repository():
+        before = _list_files()
+        answered = answer(*words, status=2)
+        assert (answered.out, answered.err.count("\n")) == ("", 1)
+        assert _list_files() == before
     return answered.err.removesuffix("\n")
+
+
+@contextlib.contextmanager
+def _leave_repository() -> Iterator[None]:
+    """Works in an empty folder where the test has none of its own: in the repository, other tests write files."""
+    is_repository = Path("pyproject.toml").exists()
+    with tempfile.TemporaryDirectory() as empty, contextlib.chdir(empty if is_repository else Path()):
+        yield
 
 
 def _list_files() -> dict[Path, int]:
