@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from affordance.arrays import Array, Mask
-from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques
+from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques, reduce_errors
 from affordance.belief.normals import Normals, invert
 from affordance.belief.positive_normal import find_untruncated
 
@@ -99,6 +99,8 @@ class _Model:
 
     def __init__(self, experience: Experience) -> None:
         prior, holds, kinds, is_used, deviation, _ = experience
+        # Errors of geometry that change no torque would only take time.
+        holds = reduce_errors(holds, kinds.shape[1]) if holds.errors.shape[2] else holds
         self.holds, self.deviation = holds, deviation[:, None, None, None]
         self.precision, self.information = prior.precision[:, None], prior.information_vector[:, None]
         self.size = prior.mean.shape[1]

@@ -184,15 +184,45 @@ def _correct_for_geometry(holds: Holds, rho: Array, slopes: Slopes, is_expected:
         gradient = np.matvec(db, u) - 0.5 * (dM * square[..., None, :, :]).sum(axis=(-2, -1))
         return value, gradient, K @ inverse @ K.mT
 
-    value, gradient, unknown = evaluate(rho)
-    value, gradient = slopes.value + value, slopes.gradient + gradient
+    n, C = rho.shape[1], rho.shape[3]
     if is_expected:
-        return Slopes(value, gradient, slopes.hessian + unknown)
-    hessian = np.zeros((*rho.shape, rho.shape[-1]))
-    for c, axis in enumerate(np.eye(rho.shape[-1])):
-        step = _STEP * np.maximum(np.abs(rho[..., c, None]), 1.0)
-        hessian[..., c] = (evaluate(rho + axis * step)[1] - evaluate(rho - axis * step)[1]) / (2.0 * step)
-    return Slopes(value, gradient, slopes.hessian + 0.5 * (hessian + hessian.mT))
+        value, gradient, unknown = evaluate(rho)
+        return Slopes(slopes.value + value, slopes.gradient + gradient, slopes.hessian + unknown)
+    steps = (_STEP * np.maximum(np.abs(rho), 1.0))[..., None, :] * np.eye(C)  # (B, n, T, C, C)
+    each = [steps[..., c, :] for c in range(C)]
+    places = np.concatenate([rho, *(rho + step for step in each), *(rho - step for step in each)], axis=1)
+    values, gradients, _ = evaluate(places)
+    after, before = (
+        gradients[:, first * n : (first + C) * n].reshape(len(rho), C, *rho.shape[1:]) for first in (1, 1 + C)
+    )
+    sizes = np.moveaxis(steps[..., range(C), range(C)], -1, 1)  # (B, C, n, T)
+    hessian = np.moveaxis((after - before) / (2.0 * sizes[..., None]), 1, -1)
+    return Slopes(
+        slopes.value + values[:, :n],
+        slopes.gradient + gradients[:, :n],
+        slopes.hessian + 0.5 * (hessian + hessian.mT),
+    )
+
+
+# Least sum of squares of an error's torques, relative to the largest, that is told from rounding.
+_LEAST_SQUARES = 1e-14
+
+
+def reduce_errors(holds: Holds, num_things: int) -> Holds:
+    """Replaces the errors of each thing's geometry by equivalent ones that are fewer.
+
+    Any rotation of errors e ~ N(0, I) is equivalent. About as many combinations change torques as a body at rest has
+    parameters that bear weight; the others are left out.
+    """
+    size, N, Q, J, C = holds.errors.shape
+    errors, sums = holds.errors.reshape(size, N, Q, J * C), np.zeros((size, 1, num_things, Q * Q))
+    _add_by_thing(sums, holds, (errors @ errors.mT).reshape(size, 1, N, Q * Q))
+    squares, vectors = np.linalg.eigh(sums.reshape(size, num_things, Q, Q))
+    kept = squares > _LEAST_SQUARES * squares[..., -1:]
+    num_kept = int(kept.sum(axis=-1).max(initial=0))
+    vectors = (vectors * kept[..., None, :])[..., Q - num_kept :]
+    of_holds = vectors[np.arange(size)[:, None], holds.thing]
+    return holds._replace(errors=(of_holds.mT @ errors).reshape(size, N, num_kept, J, C))
 
 
 def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
@@ -311,6 +341,7 @@ class Felt(NamedTuple):
         """
         rows = np.arange(len(normals)) if observers is None else observers
         hold = self.hold.take(rows)
+        hold = reduce_errors(hold, 1) if hold.errors.shape[2] else hold
         Lambda, eta = normals.precision, normals.information_vector
 
         def evaluate(rho: Array, part: NDArray[np.intp]) -> tuple[Array, Array, Slopes]:

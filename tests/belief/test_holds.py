@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.reference_holds import MODEL, feel
 
-from affordance.belief.holds import Holds, add_hold, compute_log_likelihood, forget_things, start_holds
+from affordance.belief.holds import Holds, add_hold, compute_log_likelihood, forget_things, reduce_errors, start_holds
 from affordance.belief.learner import Seen
 from affordance.belief.normals import Normals
 from studies import exact_reference as reference
@@ -125,3 +125,20 @@ def test_forgotten_things_leave_the_holds_of_others_in_their_new_order():
     for found, wanted in zip(one, other, strict=True):
         np.testing.assert_allclose(found, wanted, rtol=1e-9)
     assert state["hold_count"].sum() == 8.0
+
+
+def test_errors_of_geometry_that_change_no_torque_are_left_out(rng):
+    """Eight errors of each thing, of which three combinations change torques, leave three, and the likelihood."""
+    holds, *_ = reference.build_case([[8000, 700], [4000, 2000]], 3, error=0.1)
+    arrays = Holds.of(gather(holds))
+    patterns = rng.standard_normal((3, *arrays.regressor.shape[1:])) * np.abs(arrays.regressor) * 0.1
+    mixed = np.einsum("tqk,knjc->tnqjc", rng.standard_normal((2, 8, 3)), patterns)  # of each thing
+    errors = mixed[arrays.thing[0], np.arange(arrays.thing.shape[1])][None]
+    full = arrays._replace(errors=errors)
+    fewer = reduce_errors(full, 2)
+    assert fewer.errors.shape[2] == 3
+    rho = rng.uniform(500.0, 9000.0, (1, 4, 2, 2))
+    for one, other in zip(compute_log_likelihood(full, rho), compute_log_likelihood(fewer, rho), strict=True):
+        np.testing.assert_allclose(other, one, rtol=1e-6, atol=1e-12)
+    without = reduce_errors(full._replace(errors=np.zeros_like(errors)), 2)
+    assert without.errors.shape[2] == 0
