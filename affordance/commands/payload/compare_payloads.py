@@ -24,7 +24,10 @@ _VERDICTS = {
 
 def run(arguments: argparse.Namespace) -> int:
     """Compares the payloads and prints the verdict; the exit status is 0, or 3 if one of them was not trusted."""
-    first, second = read_estimate(arguments.first), read_estimate(arguments.second)
+    paths = arguments.first, arguments.second
+    first, second = map(read_estimate, paths)
+    if first.name == second.name:
+        first, second = (each._replace(name=str(path)) for each, path in zip((first, second), paths, strict=True))
     if arguments.robot is not None and first.frame != second.frame:
         for each in (first, second):
             if not each.frame:

@@ -23,7 +23,9 @@ def run(arguments: argparse.Namespace) -> int:
     payload = None if arguments.payload is None else read_estimate(arguments.payload)
     frame = payload.frame if payload is not None else ""
     if arguments.tip and frame and arguments.tip != frame:
-        raise BadValueError("--tip", "", f"is {arguments.tip!r}, must be the payload's frame, {frame}")
+        raise BadValueError(
+            "--tip", "", f"is {arguments.tip!r}, must be the payload's frame, {frame} (weigh --frame names it)"
+        )
     robot = load_robot(arguments.robot or MODELS, arguments.tip or frame or HAND_FRAME)
     n = robot.num_joints
     if arguments.posture is None or len(arguments.posture) != n:

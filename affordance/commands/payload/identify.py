@@ -19,7 +19,7 @@ from affordance.extensions.payload.evidence.gains import read_gains, write_gains
 from affordance.extensions.payload.identified_trial import build_identified_trial, teach
 from affordance.extensions.payload.identify import Runs, check_reference_mass, identify, see_tool
 from affordance.extensions.payload.payload_claim import Claim, judge_claim
-from affordance.extensions.payload.payload_file import check_target, write_payload
+from affordance.extensions.payload.payload_file import check_target, describe_written, write_payload
 from affordance.extensions.payload.payload_setting import format_payload, read_payload
 from affordance.extensions.payload.payload_text import describe_payload, give_answer_line
 from affordance.extensions.payload.posterior.part_posterior import SeenObject
@@ -118,6 +118,8 @@ def run(arguments: argparse.Namespace) -> int:
             seed=arguments.seed,
         )
     answers.give_answer(arguments, "belief", text, content)
+    if arguments.write is not None:
+        answers.tell(arguments, describe_written(arguments.write, content.get("written", [])))
     return 0 if belief.is_trusted and belief.shows_mass else 3
 
 

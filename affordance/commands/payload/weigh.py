@@ -8,10 +8,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from affordance.commands.answers import give_answer
+from affordance.commands.answers import give_answer, tell
 from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
-from affordance.extensions.payload.payload_file import check_target, spread_moments, write_payload
+from affordance.extensions.payload.payload_file import check_target, describe_written, spread_moments, write_payload
 from affordance.extensions.payload.weighing.poses import WRENCH, read_poses
 from affordance.extensions.payload.weighing.weigh import Weighing, weigh
 from affordance.reporting.formatting import break_line, format_known, tabulate
@@ -47,6 +47,8 @@ def run(arguments: argparse.Namespace) -> int:
         note = "moments of inertia are not measured: those of a ball"
         content["written"] = write_payload(arguments.write, bodies, arguments.frame, note=note, draws=arguments.draws)
     give_answer(arguments, "weighing", text, content)
+    if arguments.write is not None:
+        tell(arguments, describe_written(arguments.write, content.get("written", [])))
     return 0 if is_used else 3
 
 

@@ -5,6 +5,7 @@ Drake.
 """
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -105,6 +106,13 @@ def write_payload(
         write_text(path.with_name(name), format_body(Body.from_parameters(pi), path.suffix.lower(), frame, said))
         files.append(name)
     return files
+
+
+def describe_written(path: Path, files: Sequence[str]) -> str:
+    """Says which files ``write_payload`` wrote to a path, or why there are none."""
+    if not files:
+        return f"{path} is not written, as the answer is not to be trusted"
+    return f"{path}: the payload as a link{f'; {len(files) - 1} draws to {files[-1]}' if files[1:] else ''}"
 
 
 def format_body(body: Body, suffix: str, frame: str, note: str) -> str:

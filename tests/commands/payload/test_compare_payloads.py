@@ -41,6 +41,12 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+def test_files_of_one_name_are_told_apart_by_their_folders(folder):
+    (folder / "today").mkdir()
+    write(folder / "today" / "a.json", 0.7, [0.0, 0.01, 0.05], [0.01, 0.001, 0.001, 0.001])
+    assert answer("compare-payloads", "a.json", "today/a.json").lines[0].startswith("a.json and today/a.json are")
+
+
 @pytest.mark.parametrize(
     ("other", "verdict", "said"),
     [

@@ -3,12 +3,14 @@
 Frames: B is the base, in which the direction of gravity is known; S is the sensor.
 """
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadValueError, describe_choice
@@ -26,12 +28,10 @@ FORMS: Mapping[str, tuple[str, ...]] = {
     "accelerometer": ("ax", "ay", "az"),
 }
 FEWEST = 4  # three poses determine mass, centre of mass and offsets; a fourth shows the errors
-_MOST_ROWS = 1_000_000
 # Names under which programs of ROS write columns, as in "wrench.force.x", each with the letter of our name.
 _LONG = {"force": "f", "torque": "t", "orientation": "q", "quaternion": "q", "linear_acceleration": "a"}
 _LONG_NAME = re.compile(rf"(?:.*[./_])?({'|'.join(_LONG)})[./_]([wxyz])")
-# Largest angle between rows of one pose, [rad], and number of rows that are compared with its first one at a time.
-_SAME_POSE, _AHEAD = np.radians(2.0), 5000
+_SAME_POSE = np.radians(2.0)  # largest angle between rows of one pose, [rad]
 # A stay is a pose if it has this share of the rows of the longest one, once that has so many rows; others are motion.
 _LEAST_SHARE, _MANY = 0.2, 5
 _ROUNDING = 0.02  # largest error of the length of a quaternion or of a matrix's axes, [1]
@@ -68,37 +68,41 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
     table = read_table(path)
     names = [_shorten(name) for name in table.names]
     columns = {name: table.values[:, k] for k, name in enumerate(names)}
+    if twice := [name for name in names if names.count(name) > 1]:
+        which = ", ".join(f"{long!r}" for long, name in zip(table.names, names, strict=True) if name == twice[0])
+        raise BadValueError(path, twice[0], f"could be {which}, must be one column")
     for angle in ("roll", "pitch", "yaw"):
         if f"{angle}_deg" in columns:
             columns[angle] = np.radians(columns[f"{angle}_deg"])
     if missing := [name for name in WRENCH if name not in columns]:
-        raise BadValueError(path, missing[0], f"is missing, must be a column, next to {', '.join(WRENCH)}")
-    if len(table.rows) > _MOST_ROWS:
-        raise BadValueError(path, "", f"has {len(table.rows)} rows, must have at most {_MOST_ROWS}")
+        raise BadValueError(path, missing[0], f"is missing, must be a column; needed are {', '.join(WRENCH)}")
     form = _choose_form(path, form, columns)
     values = np.column_stack([columns[name] for name in FORMS[form]])
-    R_BS, lengths = None, np.zeros(0)
+    rotations, lengths = None, np.zeros(0)
     if form in ("gravity", "accelerometer"):
         lengths = np.linalg.norm(values, axis=1)
         _refuse(path, table, FORMS[form][0], lengths < 1e-3, "is part of a direction of length 0, must have a length")
         # At rest an accelerometer feels the force that holds it, which points up.
         marks = values / lengths[:, None] * (1.0 if form == "gravity" else -1.0)
     else:
-        R_BS = _build_rotations(path, table, form, values)
-        marks = R_BS.reshape(-1, 9) / np.sqrt(2.0)  # distances of rotations are those of small angles
+        rotations = _build_rotations(path, table, form, values)
+        # Distances of rotations are those of small angles.
+        marks = rotations.as_matrix().reshape(-1, 9) / np.sqrt(2.0)
     starts, ends = _find_stays(marks, columns.get("pose"))
     counts = ends - starts
     kept = counts >= (_LEAST_SHARE * counts.max() if counts.max(initial=0) >= _MANY else 1)
     stays = [slice(a, b) for a, b in zip(starts[kept], ends[kept], strict=True)]
     if len(stays) < FEWEST:
         problem = "three determine mass, centre of mass and offsets, and the fourth shows the errors"
-        raise BadValueError(path, "", f"has {len(stays)} poses, must have at least {FEWEST}: {problem}")
+        poses = f"{len(stays)} poses that differ by two degrees or more"
+        raise BadValueError(path, "", f"has {poses}, must have at least {FEWEST}: {problem}")
     wrench = np.column_stack([columns[name] for name in WRENCH])
-    means, of_wrench = (np.array([each[stay].mean(axis=0) for stay in stays]) for each in (marks, wrench))
-    if R_BS is None:
+    R_BS, of_wrench = None, np.array([wrench[stay].mean(axis=0) for stay in stays])
+    if rotations is None:
+        means = np.array([marks[stay].mean(axis=0) for stay in stays])
         down_S = means / np.linalg.norm(means, axis=1)[:, None]
     else:
-        R_BS = _orthogonalise(means.reshape(-1, 3, 3))
+        R_BS = np.array([rotations[stay].mean().as_matrix() for stay in stays])
         down_S = np.array(down_B) / np.linalg.norm(down_B) @ R_BS
     read = np.array([lengths[stay].mean() for stay in stays]) if form == "accelerometer" else np.zeros(0)
     num_left_out = int(counts[~kept].sum())
@@ -106,9 +110,10 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
 
 
 def _shorten(name: str) -> str:
-    """Returns our name of a column: "wrench.force.x" is fx."""
-    found = _LONG_NAME.fullmatch(name.strip().lower())
-    return f"{_LONG[found[1]]}{found[2]}" if found else name.strip().lower()
+    """Returns our name of a column: "wrench.force.x" is fx, and "Mx" is tx."""
+    name = re.sub("^m(?=[xyz]$)", "t", name.strip().lower())
+    found = _LONG_NAME.fullmatch(name)
+    return f"{_LONG[found[1]]}{found[2]}" if found else name
 
 
 def _choose_form(path: Path, form: str, columns: Mapping[str, Array]) -> str:
@@ -130,43 +135,25 @@ def _refuse(path: Path, table: TextTable, name: str, is_bad: Mask, problem: str)
         raise BadValueError(path, f"row {table.rows[int(np.argmax(is_bad))]}, column {name}", problem)
 
 
-def _build_rotations(path: Path, table: TextTable, form: str, values: Array) -> Array:
-    """Builds rotations R_BS, (N, 3, 3), from the columns of a form."""
+def _build_rotations(path: Path, table: TextTable, form: str, values: Array) -> Rotation:
+    """Builds rotations R_BS from the columns of a form, (N, k)."""
     if form == "quaternion":
         lengths = np.linalg.norm(values, axis=1)
         _refuse(path, table, "qw", np.abs(lengths - 1.0) > _ROUNDING, "is part of a quaternion, must have length 1")
-        w, x, y, z = (values / lengths[:, None]).T
-        vector = np.stack([x, y, z], axis=1)
-        return _rotate(w, vector)
+        return Rotation.from_quat(values, scalar_first=True)
     if form == "matrix":
         R = values.reshape(-1, 3, 3)
         errors = np.abs(R.transpose(0, 2, 1) @ R - np.eye(3)).max(axis=(1, 2))
         is_bad = (errors > 2.0 * _ROUNDING) | (np.linalg.det(R) < 0.0)
         _refuse(path, table, "r11", is_bad, "is part of a matrix that is not a rotation, must be one")
-        return _orthogonalise(R)
+        return Rotation.from_matrix(R)
     most = 2.0 * np.pi + 1e-3
     for name, column in zip(FORMS[form], values.T, strict=True):
         hint = f"; name it {name}_deg if degrees were meant" if form == "rpy" else ""
         _refuse(path, table, name, np.abs(column) > most, f"is beyond a turn, must be from -6.28 to 6.28 rad{hint}")
     if form == "rotation_vector":
-        angles = np.linalg.norm(values, axis=1)
-        axes = values / np.maximum(angles, np.finfo(float).tiny)[:, None]
-        return _rotate(np.cos(0.5 * angles), np.sin(0.5 * angles)[:, None] * axes)
-    about = [_rotate(np.cos(0.5 * a), np.sin(0.5 * a)[:, None] * e) for a, e in zip(values.T, np.eye(3), strict=True)]
-    return np.asarray(about[2] @ about[1] @ about[0])  # about x, then y, then z of the base
-
-
-def _rotate(w: Array, v: Array) -> Array:
-    """Builds rotations, (N, 3, 3), from unit quaternions with real parts w, (N,), and vectors v, (N, 3)."""
-    turned = (2.0 * np.cross(v[:, None], np.cross(v[:, None], np.eye(3)) + w[:, None, None] * np.eye(3))) + np.eye(3)
-    return np.asarray(turned.transpose(0, 2, 1))
-
-
-def _orthogonalise(R: Array) -> Array:
-    """Returns the nearest rotations, (N, 3, 3)."""
-    U, _, Vt = np.linalg.svd(R)
-    U[:, :, 2] *= np.linalg.det(U @ Vt)[:, None]
-    return np.asarray(U @ Vt)
+        return Rotation.from_rotvec(values)
+    return Rotation.from_euler("xyz", values)  # about x, then y, then z of the base
 
 
 def _find_stays(marks: Array, numbers: Array | None) -> tuple[Array, Array]:
@@ -174,14 +161,8 @@ def _find_stays(marks: Array, numbers: Array | None) -> tuple[Array, Array]:
     if numbers is not None:
         starts = [0, *(np.flatnonzero(np.diff(numbers)) + 1)]
     else:
-        starts, row = [], 0
-        while row < len(marks):
-            starts.append(row)
-            row += 1
-            while row < len(marks):
-                ahead = marks[row : row + _AHEAD]
-                far = np.linalg.norm(ahead - marks[starts[-1]], axis=1) > _SAME_POSE
-                row += int(np.argmax(far)) if far.any() else len(ahead)
-                if far.any():
-                    break
+        starts, rows = [0], marks.tolist()
+        for number, row in enumerate(rows):
+            if math.dist(row, rows[starts[-1]]) > _SAME_POSE:
+                starts.append(number)
     return np.array(starts, dtype=int), np.array([*starts[1:], len(marks)], dtype=int)

@@ -7,12 +7,13 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.extensions.payload.settings import PRIORS, SignalKind
 from affordance.extensions.payload.weighing.bayes import Regression
 from affordance.extensions.payload.weighing.poses import FEWEST, WRENCH, Poses
-from affordance.extensions.payload.weighing.weigh_doubts import DOUBTED, find_doubts
+from affordance.extensions.payload.weighing.weigh_doubts import DOUBTED, check_torques, find_doubts
 from affordance.extensions.payload.weighing.wrench_model import (
     GRAVITY,
     Interpretation,
@@ -167,12 +168,18 @@ def weigh(
     advice = _advise(weighing, forces, torques)
     weighing = weighing._replace(next_pose=advice + _FIFTH if len(poses.counts) == FEWEST else advice)
     if weighing.is_light:
-        return weighing
+        return weighing._replace(doubts=tuple(check_torques(model)))
     doubts, notes = _compare_ways(ways, odds, best, axes)
     if force_on and force_on != weighing.force_on:
         seems = f"the wrench seems to act on the {weighing.force_on}, not on the {force_on}"
         doubts.append(f"{seems}: it, or gravity, has the opposite sign")
     doubts += find_doubts(poses, model, (forces, torques))
+    if poses.form == "rpy" and poses.R_BS is not None:
+        angles = Rotation.from_matrix(poses.R_BS).as_euler("xyz", suppress_warnings=True)
+        turned = poses._replace(R_BS=Rotation.from_euler("XYZ", angles).as_matrix())
+        others = [sum_evidence(build_model(*each.apply(turned, down)).fit()) for each in ways]
+        if max(others) - sum_evidence((forces, torques)) > DOUBTED:
+            doubts.append("roll, pitch, yaw seem to be about the turned axes of the sensor, not about the base's")
     return weighing._replace(doubts=tuple(doubts), notes=tuple(notes))
 
 

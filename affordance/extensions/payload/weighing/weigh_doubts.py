@@ -4,6 +4,7 @@ import itertools
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.extensions.payload.weighing.bayes import Regression, regress
@@ -21,6 +22,8 @@ DOUBTED = float(np.log(100.0))  # log odds of a doubt
 _TURNED_SD, _LAG_SD = 0.3, 0.3
 _ANGLE = 3.0  # angle between sensor and orientations from which axes count as turned, [deg]
 _UNEXPLAINED = 0.5  # share of the forces' variation, as for ``identify``
+# Distance of a load that no arm bears on its sensor, [m], and force that no sensor's noise exceeds, [N].
+_TOO_FAR, _NOISE = 1.0, 1.0
 _LENGTH_SPREAD = 0.03  # largest relative difference of an accelerometer's readings
 _FAR = 5.0 * np.sqrt(2.0) * GAIN_SD  # difference of two axes' gains that is doubted, as far as for ``identify``
 _SURE = 3.0  # SDs of such a difference at which it is certain
@@ -28,7 +31,8 @@ _SURE = 3.0  # SDs of such a difference at which it is certain
 
 def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
     """Finds what explains the wrenches much better than a load, gains and offsets; a sentence each."""
-    doubts = [*_compare_gains(fits), *_find_unexplained(poses, model, fits), *_check_lengths(poses)]
+    wrong = check_torques(model) or _find_unexplained(poses, model, fits)
+    doubts = [*_compare_gains(fits), *wrong, *_check_lengths(poses)]
     plain, num = sum_evidence(fits), len(poses.counts)
     sizes = [max(float(np.sqrt((load**2).mean())), 1e-6) for load in model.loads]
     axes = np.tile(np.eye(3), (num, 1, 1))
@@ -59,6 +63,14 @@ def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regres
     return doubts
 
 
+def check_torques(model: WrenchModel) -> list[str]:
+    """Finds torques that vary more than any load's, as those in another unit or of exchanged columns do."""
+    force, torque = (float(each.reshape(-1, 3).var(axis=0).sum()) for each in model.signals)
+    lever = np.sqrt(torque / max(force, _NOISE**2))
+    said = f"torques vary as those of a load {lever:.0f} m away: their unit or columns are wrong"
+    return [said] if lever > _TOO_FAR else []
+
+
 def _compare_gains(fits: tuple[Regression, Regression]) -> list[str]:
     """Compares the axes' gains of forces and of torques."""
     doubts = []
@@ -76,22 +88,28 @@ def _compare_gains(fits: tuple[Regression, Regression]) -> list[str]:
 
 
 def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
-    """Finds forces that do not follow gravity, or do so with columns exchanged or of the wrong sign."""
-    X, sds = model.columns[0][:, [0, 4, 5, 6]], model.sds[0][:1, [0, 4, 5, 6]]
-    plain, forces = regress(X, model.signals[0], sds).log_evidence, poses.wrench[:, :3].ravel()
-    orders = {}
-    for order in itertools.permutations(range(3)):
-        for signs in itertools.product((1.0,), (1.0, -1.0), (1.0, -1.0)):
-            down = GRAVITY * poses.down_S[:, order] * signs
-            fit = regress(np.column_stack([down.ravel(), X[:, 1:]]), forces, sds)
-            flip = 1.0 if sum(signs) > 0.0 else -1.0  # the sign of all three is not known
-            words = [f"{'+' if flip * each > 0 else '-'}{'xyz'[k]}" for k, each in zip(order, signs, strict=True)]
-            orders[", ".join(words)] = fit.log_evidence
-    best = max(orders, key=orders.__getitem__)
-    if orders[best] - plain > DOUBTED + np.log(len(orders)):
-        return [f"fx, fy, fz follow gravity along {best}: the order, signs or axes of the columns are wrong"]
-    left, felt = compute_residual(model, fits)[:, :3], model.signals[0].reshape(-1, 3)
-    share = float((left**2).sum() / max(((felt - felt.mean(axis=0)) ** 2).sum(), np.finfo(float).tiny))
+    """Finds wrenches that do not follow gravity, or do so with columns exchanged or of the wrong sign."""
+    gravity = GRAVITY * poses.down_S[:, :, None]
+    levers = np.stack([np.cross(axis, gravity[..., 0]) for axis in np.eye(3)], axis=2)
+    kinds = (("fx, fy, fz follow gravity", gravity), ("tx, ty, tz follow a load's", levers))
+    for kind, (words, of_load) in enumerate(kinds):
+        kept = [*range(of_load.shape[2]), -3, -2, -1]  # without gains
+        X, sds = model.columns[kind][:, kept], model.sds[kind][:1, kept]
+        plain, read = regress(X, model.signals[kind], sds).log_evidence, poses.wrench[:, 3 * kind :][:, :3].ravel()
+        orders = {}
+        for order in itertools.permutations(range(3)):
+            for signs in itertools.product((1.0,), (1.0, -1.0), (1.0, -1.0)):
+                turned = of_load[:, order] * np.array(signs)[:, None]
+                fit = regress(np.column_stack([turned.reshape(len(read), -1), X[:, -3:]]), read, sds)
+                flip = 1.0 if sum(signs) > 0.0 else -1.0  # the sign of all three is not known
+                names = zip(order, signs, strict=True)
+                axes = [f"{'+' if flip * sign > 0 else '-'}{'xyz'[axis]}" for axis, sign in names]
+                orders[", ".join(axes)] = fit.log_evidence
+        best = max(orders, key=orders.__getitem__)
+        if orders[best] - plain > DOUBTED + np.log(len(orders)):
+            return [f"{words} along {best}: the order, signs or axes of the columns are wrong"]
+    left, force = (compute_residual(model, fits)[:, :3] ** 2).sum(), model.signals[0].reshape(-1, 3)
+    share = float(left / max(((force - force.mean(axis=0)) ** 2).sum(), np.finfo(float).tiny))
     return [f"the load leaves {100.0 * share:.0f} % of the forces unexplained"] if share > _UNEXPLAINED else []
 
 
@@ -104,11 +122,9 @@ def _check_lengths(poses: Poses) -> list[str]:
 
 def _describe_turn(M: Array) -> str:
     """Describes forces that are M, (3, 3), times those of the load, if they are turned; empty if they are not."""
-    U, _, Vt = np.linalg.svd(M)
-    turn = U @ Vt
-    angle = float(np.degrees(np.arccos(np.clip(0.5 * (np.trace(turn) - 1.0), -1.0, 1.0))))
+    turn = Rotation.align_vectors(M.T, np.eye(3))[0].as_rotvec()
+    angle = float(np.degrees(np.linalg.norm(turn)))
     if angle < _ANGLE:
         return ""
-    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    shown = ", ".join(f"{value:.1f}" for value in axis / max(np.linalg.norm(axis), 1e-9))
+    shown = ", ".join(f"{value:.1f}" for value in turn / np.linalg.norm(turn))
     return f"the sensor's axes are turned by about {angle:.0f} deg about ({shown}) against the orientations"

@@ -48,7 +48,7 @@ def test_a_column_numbers_the_poses(tmp_path):
 
 
 def test_names_that_programs_of_ros_write_and_degrees_are_read(tmp_path):
-    names = "time," + ",".join(f"/ft/wrench.{kind}.{axis}" for kind in ("force", "torque") for axis in "xyz")
+    names = "time," + ",".join(f"/ft/wrench.force.{axis}" for axis in "xyz") + ",Mx,My,Mz"
     rows = [[0.1, 1, 2, 3, 4, 5, 6, *angles] for angles in ([0, 0, 0], [90, 0, 0], [0, 90, 0], [30, 40, 50])]
     poses = read_poses(write(tmp_path / "p.csv", rows, f"{names},roll_deg,pitch_deg,yaw_deg"))
     assert_allclose(poses.R_BS[3], Rotation.from_euler("xyz", [30, 40, 50], degrees=True).as_matrix(), atol=1e-12)
@@ -87,8 +87,13 @@ def test_one_of_several_forms_is_chosen(tmp_path):
             [0] * 6 + [1, 0, 0, 0, 1, 0, 0, 0, -1],
             "row 2, column r11: is part of a matrix that is not a rotation",
         ),
+        (f"{WRENCH},raw.force.z,gx,gy,gz", [0] * 10, "p.csv: fz: could be 'fz', 'raw.force.z', must be one column"),
         (f"{WRENCH},gx,gy,gz", ["nan", *[0] * 8], "row 2, column fx: is 'nan', must be a finite number"),
-        (f"{WRENCH},gx,gy,gz", [*[0] * 8, 1], "has 1 poses, must have at least 4: three determine mass"),
+        (
+            f"{WRENCH},gx,gy,gz",
+            [*[0] * 8, 1],
+            "has 1 poses that differ by two degrees or more, must have at least 4: three determine mass",
+        ),
     ],
 )
 def test_bad_tables_are_refused(tmp_path, names, row, said):

@@ -110,12 +110,25 @@ def drift(wrench, R):
         (step, "the offsets change before pose 5: the sensor was zeroed"),
         (lag, "the wrench still shows the pose before: it is filtered"),
         (drift, "the offsets drift from pose to pose"),
+        (lambda wrench, R: wrench[:, [0, 1, 2, 3, 5, 4]], "tx, ty, tz follow a load's along +x, +z, +y"),
+        (lambda wrench, R: wrench * [1, 1, 1, 1e3, 1e3, 1e3], "torques vary as those of a load 157 m away"),
         (lambda wrench, R: np.random.default_rng(5).permutation(wrench), "% of the forces unexplained"),
     ],
 )
 def test_mistakes_are_doubted(change, said):
     doubts = weigh(make(10, change=change)).doubts
     assert any(said in doubt for doubt in doubts), doubts
+
+
+def test_angles_about_turned_axes_are_doubted():
+    poses = make(turn=lambda R: Rotation.from_euler("xyz", R.as_euler("XYZ")))._replace(form="rpy")
+    assert "roll, pitch, yaw seem to be about the turned axes of the sensor" in weigh(poses).doubts[-1]
+    assert weigh(make()._replace(form="rpy")).is_trusted
+
+
+def test_forces_in_the_columns_of_torques_are_no_empty_hand():
+    found = weigh(make(mass=0.0, change=lambda wrench, R: wrench + np.eye(6)[4] * np.arange(8.0)[:, None]))
+    assert (found.is_light, found.is_trusted) == (True, False)
 
 
 def test_lengths_of_an_accelerometer_that_differ_are_doubted():
