@@ -156,7 +156,6 @@ def declare_live(parser: argparse.ArgumentParser) -> None:
     what = "recordings of the package; or fr3, a robot in another process, simulated by MuJoCo"
     source.add_argument("--demo", nargs="?", const="bar", choices=("bar", "fr3"), help=what)
     add("--domain", type=int, metavar="N", help="domain of --ros2 (default: the variable ROS_DOMAIN_ID, else 0)")
-    add("--once", action="store_true", help="end with the first final answer")
     add("--seconds", type=float, metavar="S", help="end after S seconds of the stream")
     what = "kind of the signal, without empty runs (default joint_torque)"
     add("--signal", choices=("joint_torque", "motor_torque", "current"), default="joint_torque", help=what)

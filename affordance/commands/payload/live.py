@@ -150,15 +150,14 @@ def _use(arguments: argparse.Namespace, program: _Program, source: Iterator[Samp
     newest, least, status = -np.inf, np.inf, 3
     X_TF = np.eye(4) if isinstance(program.flange, str) else np.linalg.inv(program.flange.X_FT)
 
-    def show(events: list[LiveEvent]) -> bool:
-        """Prints events; returns whether the stream may end."""
+    def show(events: list[LiveEvent]) -> None:
+        """Prints events, and notes whether a final answer is trusted."""
         nonlocal status
         for event in events:
             _print_event(arguments, program, event, event.time if first is None else first)
             if event.kind == "final":
                 trusted = event.belief is not None and event.belief.is_trusted
                 status = 0 if trusted else 3
-        return arguments.once and any(event.kind == "final" for event in events)
 
     if live is not None:
         show([live.ready])
@@ -180,20 +179,22 @@ def _use(arguments: argparse.Namespace, program: _Program, source: Iterator[Samp
                 continue
             events = [] if sample.payload is None else live.set_payload(sample.payload.express(X_TF))
             events += live.add(sample.time, *picked, behind=late - least if is_live else 0.0)
-            if show(events):
-                break
+            show(events)
         else:
             if live is not None:
                 show(live.close())
     if recorder is not None:
         recorder.cut()
-        answers.tell(arguments, f"Recorded: {recorder.folder}")
-    if first is None:
-        raise BadValueError("the stream", "", "ended without a sample")
+        if recorder.num_seen:
+            answers.tell(arguments, f"Recorded: {recorder.folder}")
+    if first is None or (live is None and recorder is not None and not recorder.num_seen):
+        raise BadValueError("the stream", "", "ended without a sample, or without one whose numbers are finite")
     if live is None:
         return 0
     left = f", {live.num_skipped} beliefs left out as it came late" if live.num_skipped else ""
-    answers.tell(arguments, f"{live.num_samples} samples, {live.num_late} of them double or too late{left}")
+    answers.tell(
+        arguments, f"{live.num_samples} samples, {live.num_late} of them double, too late or without numbers{left}"
+    )
     return status
 
 

@@ -34,7 +34,7 @@ def test_the_demonstration_takes_up_a_bar(demo):
     assert low < 0.550 < high
     assert re.search(r"FINAL: 0\.5\d+ kg .*: trusted$", lines[-1])
     assert "For the controller" in demo.out
-    assert "800 samples, 0 of them double or too late" in demo.out
+    assert "800 samples, 0 of them double, too late or without numbers" in demo.out
 
 
 def test_what_is_recorded_gives_identify_the_same_answer(tmp_path):
@@ -135,6 +135,6 @@ def test_bad_input_is_refused_in_a_line(words, refusal):
 
 
 def test_a_stream_of_other_things_is_refused(monkeypatch):
-    for text, refusal in (("hello\n", "line 1: is 'hello'"), ("", "ended without a sample")):
+    for text, refusal in (("hello\n", "line 1: is 'hello'"), ("", "ended without a sample, or without one")):
         monkeypatch.setattr(sys, "stdin", io.StringIO(text))
         assert refusal in answer("live", *ARM, status=2).err

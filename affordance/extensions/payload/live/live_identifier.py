@@ -35,6 +35,8 @@ from affordance.plant.serial_chain import SerialChain
 _LEAST_CUTOFF = 4.0  # [Hz]; the lag is .4 s, and starts and stops pass
 _FIRST = 50  # samples from which the rate of the stream is found
 _GAP = 0.25  # longest step that is interpolated, as in a recording, [s]
+_MOST_BROKEN = 100  # samples without numbers in succession after which the stream is refused
+_FARTHEST = 4.0 * np.pi  # angle that no joint exceeds, as in a recording, [rad]
 _RESET = 1.0  # step back from which the clock was set anew, and no sample is late, [s]
 _BATCH, _EACH = 0.1, 1.0  # time between filterings, and between beliefs, [s]
 _LONGEST = 60.0  # newest part of a segment that is used, [s]
@@ -156,6 +158,7 @@ class LiveIdentifier:
         self._change = LoadChange(self._fitted, self._gains)
         self._own_weight = weigh_arm(self._arm, runs[0], self._gains, settings)[:, 0]
         self.num_samples, self.num_skipped, self.num_late = 0, 0, 0
+        self._num_broken = 0  # samples without numbers in succession
         self._set: PayloadSetting | None = None
         self._has_v: bool | None = None
         self._offered = -np.inf  # time of the last trusted answer, [s]
@@ -210,19 +213,28 @@ class LiveIdentifier:
         Returns: Events, mostly none.
 
         Raises:
-            BadValueError: A number is not finite, or a shape is wrong.
+            BadArgumentError: A shape is wrong.
+            BadValueError: An angle is beyond two turns, or many samples in succession have numbers that are not
+                finite; a few such samples count as lost.
         """
         n = self.robot.num_joints
         given = {"q": q, "signal": signal} if v is None else {"q": q, "v": v, "signal": signal}
         for name, values in given.items():
             row = np.array(values, dtype=float)  # a copy: simulators write into the same memory again
             check_array(name, np.zeros_like(row), (n,))
-            if not np.isfinite(row).all():
-                joint = self.robot.joint_names[int(np.argmin(np.isfinite(row)))]
-                raise BadValueError("the stream", f"{name} of {joint}", f"is not a finite number at {t:.3f} s")
+            if not np.isfinite([*row, t]).all():
+                self.num_late, self._num_broken = self.num_late + 1, self._num_broken + 1
+                if self._num_broken < _MOST_BROKEN:
+                    return []
+                joint = [*self.robot.joint_names, "its time"][int(np.argmin(np.isfinite([*row, t])))]
+                problem = f"is not a finite number in {_MOST_BROKEN} samples in succession"
+                raise BadValueError("the stream", f"{name} of {joint}", problem)
             given[name] = row
-        if not np.isfinite(t):
-            raise BadValueError("the stream", "time", f"is {t}, must be a finite number of seconds")
+        if (far := np.abs(given["q"])).max() > _FARTHEST:
+            joint, most = self.robot.joint_names[int(np.argmax(far))], f"{_FARTHEST:.2f} rad"
+            problem = f"is {far.max():.4g} rad, must be at most {most}: are these degrees?"
+            raise BadValueError("the stream", f"q of {joint}", problem)
+        self._num_broken = 0
         if self._has_v is not None and self._has_v == (v is None):
             raise BadValueError("the stream", "v", "must be given for all samples or for none")
         self._has_v = v is not None

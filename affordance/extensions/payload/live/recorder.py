@@ -31,13 +31,15 @@ class Recorder:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder, self._description = folder, description
         self._file: TextIO | None = None
-        self._num_seen = self._num_final = 0
+        self.num_seen = self._num_final = 0
 
     def add(self, t: float, q: Array, v: Array | None, signal: Array) -> None:
-        """Adds a sample to ``seen_N.csv``."""
+        """Adds a sample to ``seen_N.csv``; one without numbers, which no reader takes, is left out."""
+        if not np.isfinite(np.concatenate([q, signal] if v is None else [q, v, signal])).all():
+            return
         if self._file is None:
-            self._num_seen += 1
-            path = self._describe(f"seen_{self._num_seen}")
+            self.num_seen += 1
+            path = self._describe(f"seen_{self.num_seen}")
             self._file = path.open("w", encoding="utf-8")
             self._file.write(self._name_columns(len(q), v is not None))
         self._file.write(_format(t, q, v, signal))

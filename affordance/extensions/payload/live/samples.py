@@ -14,7 +14,6 @@ from affordance.extensions.payload.recording.run_entry import COLUMN_MAPS, name_
 
 _MOST_FOREIGN = 1000  # messages about other joints after which the stream is refused
 _BETWEEN = 1.0  # time between recordings, [s]
-_LONGEST_LINE = 100_000  # [characters]
 
 
 class Sample(NamedTuple):
@@ -83,8 +82,6 @@ def read_lines(lines: Iterable[str], joints: Sequence[str]) -> Iterator[Sample]:
         text = line.strip()
         if not text:
             continue
-        if len(text) > _LONGEST_LINE:
-            raise BadValueError("the stream", f"line {number}", f"has {len(text)} characters: is it a joint state?")
         try:
             if text.startswith("{"):
                 yield _read_message(json.loads(text), joints)
@@ -101,6 +98,8 @@ def read_lines(lines: Iterable[str], joints: Sequence[str]) -> Iterator[Sample]:
 def _read_message(message: dict[str, Any], joints: Sequence[str]) -> Sample:
     if "time" in message:
         time = float(message["time"])
+    elif "header" not in message:
+        raise ValueError("time or header is missing")
     else:  # a JointState as rosbridge writes it
         stamp = message["header"]["stamp"]
         time = float(stamp.get("sec", stamp.get("secs"))) + 1e-9 * float(stamp.get("nanosec", stamp.get("nsecs", 0)))

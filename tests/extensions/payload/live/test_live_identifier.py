@@ -194,11 +194,19 @@ def test_what_is_set_on_the_controller_is_said_once(robot, empty, live):
     [
         ((0.0, np.full(6, np.nan), None, np.zeros(6)), "q of joint_1: is not a finite number"),
         ((0.0, np.zeros(6), None, np.array([0, 0, np.inf, 0, 0, 0])), "signal of joint_3"),
-        ((np.nan, np.zeros(6), None, np.zeros(6)), "time: is nan"),
+        ((np.nan, np.zeros(6), None, np.zeros(6)), "q of its time"),
     ],
 )
-def test_numbers_that_are_none_are_refused(live, row, words):
+def test_numbers_that_are_none_are_lost_samples_until_there_are_no_others(live, row, words):
+    for _ in range(99):
+        assert live.add(*row) == []
     assert words in refuse(live.add, *row)
+    assert (live.num_samples, live.num_late) == (0, 100)
+
+
+def test_degrees_are_refused_at_once(live):
+    said = refuse(live.add, 0.0, np.full(6, 45.0), None, np.zeros(6))
+    assert "q of joint_1: is 45 rad, must be at most 12.57 rad: are these degrees?" in said
 
 
 def test_wrong_shapes_and_runs_are_refused(robot, empty, live):

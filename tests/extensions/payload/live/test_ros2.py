@@ -66,4 +66,4 @@ def test_a_robot_in_another_process_is_followed_and_no_sample_is_lost(domain, ch
     low, high = beliefs[-1]["mass_interval90"]
     assert low < 1.5 < high
     assert beliefs[-1]["holds"] == "something"
-    assert "2001 samples, 0 of them double or too late" in err or "2000 samples, 0 of them" in err
+    assert "2001 samples, 0 of them double" in err or "2000 samples, 0 of them double" in err
