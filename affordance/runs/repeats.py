@@ -143,7 +143,7 @@ def run_repeats(
     description: str,
 ) -> dict[str, NDArray[Any]]:
     """Runs the repeats that are missing in a folder, one at a time; see ``run_batches``."""
-    run_batch = functools.partial(_run_each, run_repeat)
+    run_batch = functools.partial(run_each, run_repeat)
     return run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description)
 
 
@@ -157,12 +157,30 @@ def run_batches(
     unit: str = "observer",
     at_once: int = 1,
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats that are missing in a folder, in parallel, and returns all, stacked along the first axis.
+    """Runs the repeats that are missing in a folder, and returns all, stacked along the first axis.
+
+    Arguments and errors are those of ``list_batches``. The shapes of arrays are the same for all repeats.
+    """
+    shared = {"repeats": repeats, "jobs": jobs, "at_once": at_once}
+    kept = list_batches(folder, run_batch, description=description, unit=unit, **shared)
+    return {name: np.stack([each[name] for each in kept]) for name in kept[0]}
+
+
+def list_batches(
+    folder: Path,
+    run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]],
+    *,
+    repeats: int,
+    jobs: int,
+    description: str,
+    unit: str = "observer",
+    at_once: int = 1,
+) -> list[dict[str, NDArray[Any]]]:
+    """Runs the repeats that are missing in a folder, in parallel, and returns the named arrays of each.
 
     Args:
         folder: Folder with one file per repeat; it must belong to one configuration and be named after its key.
-        run_batch: Picklable function from repeat numbers, at most ``at_once``, to the named arrays of each repeat,
-            whose shapes are the same for all repeats.
+        run_batch: Picklable function from repeat numbers, at most ``at_once``, to the named arrays of each repeat.
         repeats: Number of repeats.
         jobs: Number of processes.
         description: Label of the progress bar.
@@ -204,7 +222,7 @@ def run_batches(
                 len(kept),
             )
         raise failed[first]
-    return {name: np.stack([kept[repeat][name] for repeat in range(repeats)]) for name in kept[0]}
+    return [kept[repeat] for repeat in range(repeats)]
 
 
 def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
@@ -234,9 +252,10 @@ def end_processes() -> None:
     get_reusable_executor().shutdown(wait=True)
 
 
-def _run_each(
+def run_each(
     run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeats: Sequence[int]
 ) -> list[Mapping[str, NDArray[Any]]]:
+    """Runs the repeats of a batch one after the other."""
     return [run_repeat(repeat) for repeat in repeats]
 
 

@@ -5,11 +5,7 @@ import json
 
 from affordance.belief.learners import KINDS_DRAWN, LEARNERS
 from affordance.commands.options import read_learner
-from affordance.commands.people.people_options import (
-    ask,
-    prepare_new_folder,
-    read_setting,
-)
+from affordance.commands.people.people_options import KEPT, ask, prepare_new_folder, read_setting
 from affordance.extensions.people.fit import compare, draw_scores, warn_of_noise
 from affordance.extensions.people.predictive_check import check_person
 from affordance.extensions.people.rivals import RIVALS
@@ -23,7 +19,7 @@ def run(arguments: argparse.Namespace) -> int:
     learners = tuple(dict.fromkeys(map(read_learner, arguments.learner)))
     learners = learners or (LEARNERS["density"], KINDS_DRAWN, *RIVALS.values())
     questions = {learner.name: ask(arguments, settings, lifts, learner, None) for learner in learners}
-    found = compare([*questions.values()])
+    found = compare([*questions.values()], arguments.out / KEPT)
     best, chosen = found.find_best(), found.selection
     frequencies = {
         name: {"best_for": best.count(name), "log_score": float(found.scores[name].sum())}

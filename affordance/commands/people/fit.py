@@ -9,11 +9,7 @@ from typing import Any
 import numpy as np
 
 from affordance.commands.options import read_learner
-from affordance.commands.people.people_options import (
-    ask,
-    prepare_new_folder,
-    read_setting,
-)
+from affordance.commands.people.people_options import KEPT, ask, prepare_new_folder, read_setting
 from affordance.exceptions import BadValueError
 from affordance.extensions.people.fit import (
     PersonFit,
@@ -59,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
             for score, count in zip(scores, effective, strict=True)
         ]
     else:
-        found = fit_each(question)
+        found = fit_each(question, arguments.out / KEPT)
         tree = describe_fit(question, [each.draws for each in found])
         noise = np.array([each.noise for each in found])
         own = [_describe_person(question, each) for each in found]

@@ -21,7 +21,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.robot import Robot
-from affordance.runs.repeats import prepare_folder
+from affordance.runs.repeats import check_folder, prepare_folder
 from affordance.settings import Settings
 
 
@@ -65,6 +65,8 @@ def read_contrasts(arguments: argparse.Namespace, table: TrialTable) -> tuple[Pl
     return tuple(parse_contrast(each, table.rows) for each in dict.fromkeys(arguments.contrast))
 
 
+# Folder, inside ``--out``, of people who were fitted.
+KEPT = "fitted_people"
 # Draws of the free parameters by default: of single people, and for groups, whose intervals too few draws narrow.
 DRAWS = (64, 256)
 
@@ -72,6 +74,7 @@ DRAWS = (64, 256)
 def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
     """Reads settings and lifts."""
     check_bounds(arguments)
+    check_folder(arguments.out)
     refuse_changes(arguments, ["learner"], "--learner selects the learner, and --free its fitted parameters")
     spreads = ["participant.gain_spread", "participant.kappa_spread"]
     refuse_changes(arguments, spreads, "fits are of single people, or of one value for all")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -32,8 +32,9 @@ from affordance.extensions.people.selection import Selection, select_learners
 from affordance.extensions.people.tempered_smc import Draws, draw_prior, merge, sample
 from affordance.files.atomic import write_atomic
 from affordance.files.bounded import RESULTS, read_bytes
+from affordance.files.model_files import list_arm_files
 from affordance.reporting.figures import FONT_SIZE, tidy
-from affordance.runs.repeats import run_tasks
+from affordance.runs.repeats import compute_key, list_batches, run_each, run_tasks
 from affordance.settings import Settings
 from affordance.version import __version__
 
@@ -84,10 +85,12 @@ class Question:
     particles: int = 50
     moves: int = 2
     seed: int = 0
-    jobs: int = 1
+    jobs: int = field(default=1, metadata={"reports": True})
     chains: int = 1
     # Courses that were drawn, by participant, node of the grid, and number of the random stream.
-    _kept: dict[tuple[int, ...], Courses] = field(default_factory=dict, init=False, repr=False)
+    _kept: dict[tuple[int, ...], Courses] = field(
+        default_factory=dict, init=False, repr=False, metadata={"reports": True}
+    )
 
     def __post_init__(self) -> None:
         """Raises a BadValueError if the fit would take too much memory or time."""
@@ -230,13 +233,41 @@ class PersonFit(NamedTuple):
     particles: int
 
 
-def fit_each(question: Question) -> list[PersonFit]:
+def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
     """Draws from the posterior of each participant separately.
 
     Participants with too much noise are fitted again with four times as many particles, up to 800.
+
+    Args:
+        question: Question.
+        folder: Folder in which finished participants are kept, and from which they are taken if nothing has changed
+            that they depend on; None to keep none.
     """
-    people = range(len(question.lifts.people))
-    return run_tasks([partial(_fit_one, question, place) for place in people], jobs=question.jobs, description="fit")
+    people, jobs = range(len(question.lifts.people)), question.jobs
+    if folder is None:
+        return run_tasks([partial(_fit_one, question, place) for place in people], jobs=jobs, description="fit")
+    key = compute_key(question, list_arm_files(question.settings.arm), _fit_one, question.learner)
+    found = list_batches(
+        folder / key,
+        partial(run_each, partial(_list_arrays, question)),
+        repeats=len(people),
+        jobs=jobs,
+        description=f"fit {question.learner.name}",
+        unit="person",
+    )
+    return [_read_arrays(**each) for each in found]
+
+
+def _list_arrays(question: Question, place: int) -> dict[str, NDArray[Any]]:
+    """Fits one participant; returns arrays by name, to be kept in a file."""
+    fit = _fit_one(question, place)
+    numbers = {**fit.draws._asdict(), "noise": fit.noise, "particles": fit.particles}
+    return {name: np.asarray(value) for name, value in numbers.items()}
+
+
+def _read_arrays(*, noise: Array, particles: Array, **draws: Any) -> PersonFit:
+    draws["log_evidence"] = float(draws["log_evidence"])
+    return PersonFit(Draws(**draws), float(noise), int(particles))
 
 
 def _fit_one(question: Question, place: int) -> PersonFit:
@@ -462,11 +493,11 @@ class Comparison(NamedTuple):
         return pd.DataFrame(rows, columns=[*columns, "particle_noise"])
 
 
-def compare(questions: Sequence[Question]) -> Comparison:
-    """Compares learners on the same lifts, one question per learner."""
+def compare(questions: Sequence[Question], folder: Path | None = None) -> Comparison:
+    """Compares learners on the same lifts, one question per learner; ``folder`` keeps fits, as in ``fit_each``."""
     lifts = questions[0].lifts
     counts = np.array([np.isfinite(person.pushes).sum() for person in lifts.people])
-    fits = {question.learner.name: fit_each(question) for question in questions}
+    fits = {question.learner.name: fit_each(question, folder) for question in questions}
     scores = {name: np.array([each.draws.log_evidence for each in found]) for name, found in fits.items()}
     bic = {
         question.learner.name: len(question.free) * np.log(counts)

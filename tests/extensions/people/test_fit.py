@@ -15,6 +15,7 @@ from scipy.special import logsumexp
 
 from affordance.belief.learners import DENSITY, KINDS_DRAWN
 from affordance.experiments.shared.observers import Setup
+from affordance.extensions.people import fit
 from affordance.extensions.people.experiments.lifts import cylinder, repeat, run_lifts
 from affordance.extensions.people.fit import (
     MOST_NOISE,
@@ -197,6 +198,42 @@ def test_who_is_noisy_is_fitted_again_with_more_particles(table, monkeypatch):
     assert [each.particles for each in fit_each(question)] == [10, 10]
     monkeypatch.setattr("affordance.extensions.people.fit.MOST_NOISE", 1e9)
     assert [each.particles for each in fit_each(question)] == [2, 2]
+
+
+def test_people_who_were_fitted_before_a_fit_was_killed_are_taken_up(table, tmp_path, monkeypatch):
+    """A fit that ends after two of three people is started again: it fits the third, and another question all."""
+    lifts = pd.read_csv(table)
+    third = lifts[lifts["observer"] == 0].assign(observer=2, force=lambda rows: 1.1 * rows["force"])
+    pd.concat([lifts, third.iloc[:-3]]).to_csv(tmp_path / "three.csv", index=False)
+    question, fitted = ask(tmp_path / "three.csv", OWN_MEMORY), []
+
+    def fit_two(question, place):
+        fitted.append(place)
+        if len(fitted) == 3:
+            raise KeyboardInterrupt
+        return fit_one(question, place)
+
+    fit_one = fit._fit_one
+    whole = fit_each(question)
+    monkeypatch.setattr(fit, "_fit_one", fit_two)
+    with pytest.raises(KeyboardInterrupt):
+        fit_each(question, tmp_path / "kept")
+    found = fit_each(replace(question, jobs=1), tmp_path / "kept")
+    assert fitted == [0, 1, 2, 2]
+    for one, other in zip(found, whole, strict=True):
+        assert one[1:] == other[1:]
+        assert one.draws.log_evidence == other.draws.log_evidence
+        np.testing.assert_array_equal(one.draws.normal, other.draws.normal)
+        np.testing.assert_array_equal(one.draws.log_likelihoods, other.draws.log_likelihoods)
+    assert describe_fit(question, [each.draws for each in found]).equals(
+        describe_fit(question, [each.draws for each in whole])
+    )
+    fit_each(replace(question, seed=1), tmp_path / "kept")
+    assert fitted[4:] == [0, 1, 2]
+    lifts["force"] = lifts["force"].round(3)
+    lifts.to_csv(tmp_path / "rounded.csv", index=False)
+    fit_each(ask(tmp_path / "rounded.csv", OWN_MEMORY), tmp_path / "kept")
+    assert fitted[7:] == [0, 1]
 
 
 def test_log_likelihoods_between_nodes_are_close_to_those_computed_there(table, monkeypatch):
