@@ -4,16 +4,23 @@ Beliefs change as in a simulated trial, except that the posture does not sink un
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
+from affordance.belief.felt_object import AtHand
+from affordance.belief.holds import Felt, Holds
+from affordance.belief.learners import DENSITY
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
+from affordance.belief.prior import Prior
+from affordance.belief.rows import Seen, pad, take_rows
 from affordance.experiments.shared.experience import draw_order
 from affordance.experiments.shared.observers import Setup
 from affordance.objects.tool import Tool
-from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
+from affordance.runs.random_streams import ObserverDraws
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.prediction import predict_object
@@ -34,13 +41,15 @@ def learn_at_rest(
     features = [measure_features(tool, VisionError(), np.random.default_rng(0)) for tool in tools]
     colours = dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components)
     start = MaterialMemory().add_colours(tuple(colours), prior)
-    observers = []
-    for repeat, order in enumerate(orders):
-        memories: list[MaterialMemory] = [start]
-        for trial, index in enumerate(order):
-            seen = predict_object(features[index], memories[-1], prior)
-            memories.append(_hold(hold, world, tools[index], seen, (seed, repeat, trial, _FELT)))
-        observers.append(memories)
+    observers = [[start] for _ in orders]
+    for trial, turn in enumerate(zip(*orders, strict=True)):
+        seen = [predict_object(features[index], each[-1], prior) for index, each in zip(turn, observers, strict=True)]
+        felt = [
+            _feel(hold, world, tools[index], each, (seed, repeat, trial, _FELT))
+            for repeat, (index, each) in enumerate(zip(turn, seen, strict=True))
+        ]
+        for each, memory in zip(observers, _learn_together([each.memory for each in seen], felt, prior), strict=True):
+            each.append(memory)
     return observers
 
 
@@ -58,7 +67,7 @@ def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count:
     ]
 
 
-def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed: tuple[int, ...]) -> MaterialMemory:
+def _feel(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed: tuple[int, ...]) -> Felt:
     settings = world.settings
     true = {part.looks_like.colour: part.material.density for part in tool.components}
     statistics = hold.measure(
@@ -69,8 +78,26 @@ def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed:
         num_samples=world.num_samples,
         acceleration_sd=settings.acceleration_sd,
     )
-    posterior, _ = condition_on_torques(
-        prior, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation
-    )
-    memory: MaterialMemory = posterior.memory
-    return memory
+    return settings.noise.describe(statistics.features, statistics.num_samples, len(hold.tau_arm), prior.geometry)
+
+
+def _learn_together(memories: Sequence[MaterialMemory], felt: Sequence[Felt], prior: Prior) -> list[MaterialMemory]:
+    """Returns what each memory has learned of its object at hand; objects of the same colours are learned at once."""
+    learned: dict[int, MaterialMemory] = {}
+    at_hand = [cast(AtHand, memory.at_hand) for memory in memories]
+    for colours in dict.fromkeys(each.seen.colours for each in at_hand):
+        rows = [row for row, each in enumerate(at_hand) if each.seen.colours == colours]
+        states = [memories[row].state for row in rows]
+        shapes = {name: np.max([each[name].shape[1:] for each in states], axis=0) for name in states[0]}
+        state = {name: np.concatenate([pad(each[name], shapes[name]) for each in states]) for name in shapes}
+        state["deviation"] = np.full(len(rows), prior.deviation)
+        things = np.array([at_hand[row].number for row in rows])
+        holds = Holds(*map(np.concatenate, zip(*(felt[row].hold for row in rows), strict=True)))
+        evidence = Felt(holds, np.zeros(len(rows)), felt[0].num_values)
+        found = DENSITY.learn(state, Seen(colours, things), evidence, ObserverDraws([])).state
+        for place, row in enumerate(rows):
+            memory, own = memories[row], at_hand[row]
+            known = memory.things if own.number < len(memory.things) else (*memory.things, own.thing)
+            of_row = take_rows(found, np.array([place]))
+            learned[row] = replace(memory, state=of_row, things=known, num_lifts=memory.num_lifts + 1, at_hand=None)
+    return [learned[row] for row in range(len(memories))]
