@@ -1,8 +1,9 @@
 """Compares the belief about brass with the reference by quadrature: ``python -m studies.exact_belief``.
 
 Observers of the library hold the four rods of Simulation I at rest, then the decoy once and six times. The decoy has
-the look and size of one rod and is taken for it. The reference gets the same measured torques and shares no code with
-the belief (``exact_reference``).
+the look and size of one rod and is taken for it. A second table compares beliefs after one hold of an object of two
+materials, whose densities are drawn from the prior. The reference gets the same measured torques and shares no code
+with the belief (``exact_reference``).
 """
 
 import argparse
@@ -10,11 +11,17 @@ import argparse
 import numpy as np
 
 from affordance import MODELS, load_tools
-from affordance.belief.density_belief import DensityBelief
+from affordance.belief.density_belief import DensityBelief, summarise_density
+from affordance.belief.material_memory import MaterialMemory
 from affordance.extensions.people.static_lifts import StaticLifter
 from affordance.plant.load import load_arm
+from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
+from affordance.vision.prediction import predict_object
+from studies.calibration.calibration import build_config, draw_truth, get_hold
 from studies.exact_reference import Hold, Model, compute_posterior
 
 # Lifts by number of the object; the belief is compared after these.
@@ -57,6 +64,29 @@ def main() -> None:
             f" | {sd:.0f} | {expected_sd:.0f} | {sd / expected_sd - 1.0:+.2%} |",
             flush=True,
         )
+    print(f"\n| one hold of two materials, {count} draws | median | 5 to 95 % |\n| --- | --- | --- |")
+    differences = np.array([compare_drawn(number) for number in range(count)]).reshape(-1, 2)
+    for name, column in zip(("mean", "SD"), differences.T, strict=True):
+        low, median, high = np.quantile(column, [0.05, 0.5, 0.95])
+        print(f"| difference of the {name} | {median:+.1%} | {low:+.1%} to {high:+.1%} |")
+
+
+def compare_drawn(number: int) -> list[tuple[float, float]]:
+    """Compares mean and SD of both densities with the reference, as fractions, after a hold of the calibration."""
+    config = build_config(DEFAULT_SETTINGS.noise, moves=False)
+    noise, prior, hold = config.settings.noise, config.settings.prior, get_hold(config.settings.arm)
+    colours = [part.looks_like.colour for part in config.tool.components]
+    seen = measure_features(config.tool, VisionError(), np.random.default_rng(0))
+    expected = predict_object(seen, MaterialMemory().add_colours(colours, prior), prior)
+    felt = hold.measure(expected, draw_truth(config, number)[1], noise, (config.seed, number, 1))
+    posterior, _ = condition_on_torques(expected, felt, len(hold.tau_arm), noise, prior.deviation)
+    tau = felt.features[: len(hold.tau_arm)]
+    exact = compute_posterior([Hold(0, tau, hold.tau_arm, hold.Y @ expected.geometry.Phi)], [[0, 1]], Model())
+    believed = [summarise_density(posterior.memory.belief, i) for i in range(2)]
+    return [
+        (one.mean / other.mean - 1.0, one.sd / other.sd - 1.0)
+        for one, other in zip(believed, exact.mu.values(), strict=True)
+    ]
 
 
 if __name__ == "__main__":

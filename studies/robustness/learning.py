@@ -88,7 +88,9 @@ def _learn_together(memories: Sequence[MaterialMemory], felt: Sequence[Felt], pr
     for colours in dict.fromkeys(each.seen.colours for each in at_hand):
         rows = [row for row, each in enumerate(at_hand) if each.seen.colours == colours]
         states = [memories[row].state for row in rows]
-        shapes = {name: np.max([each[name].shape[1:] for each in states], axis=0) for name in states[0]}
+        shapes = {
+            name: [max(n) for n in zip(*(each[name].shape[1:] for each in states), strict=True)] for name in states[0]
+        }
         state = {name: np.concatenate([pad(each[name], shapes[name]) for each in states]) for name in shapes}
         state["deviation"] = np.full(len(rows), prior.deviation)
         things = np.array([at_hand[row].number for row in rows])
