@@ -47,18 +47,22 @@ class Mark(NamedTuple):
     text: str
 
     def show(self, value: Any) -> str:
-        """Formats a value."""
+        """Formats a value; a dash stands for None, which nothing was measured of."""
+        if value is None:
+            return "-"
         for unit, scale in _SCALES.items():
             if self.format.endswith(unit):
                 return f"{scale * value:{self.format.removesuffix(unit)}}"
         return f"{value:{self.format}}"
 
     def find(self, metrics: Mapping[str, Any]) -> Any:
-        """Finds the value in the metrics of its folder; none there, or a place of another form, ends the program."""
+        """Finds the value in the metrics of its folder, None in what was left out; a wrong place ends the program."""
         value: Any = metrics
         if "".join(step[0] for step in _STEP.finditer(self.place)) != self.place:
             sys.exit(f'{self.page}: {self.place} is no place such as tools["stick"]["p_correct"][1]')
         for index, key, name in _STEP.findall(self.place):
+            if value is None:
+                break
             try:
                 value = value[int(index)] if index else value[key or name]
             except (LookupError, TypeError):

@@ -36,7 +36,8 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def _follow(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
-    numbers: dict[str, Any] = {"seed": arguments.seed}
+    # A case that is left out is None, which pages show as a dash.
+    numbers: dict[str, Any] = {"seed": arguments.seed, **dict.fromkeys(case.replace(" ", "_") for case in _CASES)}
     model = Path(foreign_robot.__file__)
     for case in arguments.only or _CASES:
         config = PickupConfig(*_CASES[case], arguments.seed)
@@ -85,10 +86,10 @@ def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[A
     }
 
 
-def _take_quantiles(delays: NDArray[Any]) -> list[float]:
-    """Returns the number of delays, their median and the largest."""
+def _take_quantiles(delays: NDArray[Any]) -> list[float | None]:
+    """Returns the number of delays, their median and the largest, None if there are none."""
     there = delays[np.isfinite(delays)]
-    return [float(len(there)), *((float(np.median(there)), float(there.max())) if len(there) else ())]
+    return [float(len(there)), *((float(np.median(there)), float(there.max())) if len(there) else (None, None))]
 
 
 def list_rows(n: Mapping[str, Any]) -> list[list[str]]:
@@ -96,7 +97,7 @@ def list_rows(n: Mapping[str, Any]) -> list[list[str]]:
 
     def show(name: str) -> str:
         number, *times = n[f"{name}_s"]
-        return f"{', '.join(f'{x:.1f}' for x in times) or '-'} s in {number:.0f} of {n['pickups']}"
+        return f"{', '.join('-' if x is None else f'{x:.1f}' for x in times)} s in {number:.0f} of {n['pickups']}"
 
     agreement = "-" if n["agreement_rms_sd"] is None else f"{n['agreement_rms_sd']:.2f} SD"
     return [

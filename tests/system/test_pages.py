@@ -69,7 +69,8 @@ def test_results_are_of_this_version_but_for_those_that_say_so():
 
 
 @pytest.mark.parametrize(
-    ("text", "value", "shown"), [(".2f", 0.643, "0.64"), (".0f%", 0.643, "64"), ("", "steel", "steel")]
+    ("text", "value", "shown"),
+    [(".2f", 0.643, "0.64"), (".0f%", 0.643, "64"), ("", "steel", "steel"), (".1f", None, "-")],
 )
 def test_values_are_shown_in_the_format_of_the_page(text, value, shown):
     assert fill_numbers.Mark("page", "folder", "x", text, "").show(value) == shown
