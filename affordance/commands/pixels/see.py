@@ -118,6 +118,7 @@ def _build_content(
     factor = float(np.exp(_HALF90 * seen.volume_sd))
     content: dict[str, Any] = {
         "length": seen.length,
+        "distance": float(np.linalg.norm(seen.X_CW[:3, 3])),
         "volume": {"median": seen.volume, "p05": seen.volume / factor, "p95": seen.volume * factor},
         "place_sd": max(part.place_sd for part in seen.parts),
         "misfit": seen.misfit,
@@ -166,6 +167,7 @@ def _describe(content: dict[str, Any]) -> Iterator[str]:
         mass, of = content["mass"], ", ".join(name.replace("_", " ") for name in content["materials"])
         yield f"{mass['mean']:.2g} kg ({mass['p05']:.2g} to {mass['p95']:.2g}) if it is: {of}"
     yield f"{form}, {sizes} cm: {measured}, centre +- {1e3 * content['place_sd']:.0f} mm (intervals of 90 %)"
+    yield f"It is {content['distance']:.2f} m from the camera; if not, --depth-unit or --camera is wrong."
     if content["chosen"] == "nearest to the middle":
         yield "The object nearest to the middle was measured; --at U V chooses another."
     yield from (f"DOUBTED: {doubt}" for doubt in content["doubts"])

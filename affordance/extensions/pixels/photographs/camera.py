@@ -114,8 +114,9 @@ def _check_distortion(path: Path, key: str, content: Mapping[str, Any]) -> None:
 
 
 def _read_values(path: Path, key: str, content: Mapping[str, Any]) -> list[float]:
-    """Reads fx, fy, cx and cy."""
+    """Reads fx, fy, cx and cy, the last two perhaps under their names in librealsense."""
     names = ("fx", "fy", "cx", "cy")
+    content = {{"ppx": "cx", "ppy": "cy"}.get(name, name): value for name, value in content.items()}
     if all(name in content for name in names):
         return [_read_number(path, _join(key, name), content[name]) for name in names]
     for name in _MATRICES:

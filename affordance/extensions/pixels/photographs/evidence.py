@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
 from affordance.arrays import Array, Mask
 from affordance.extensions.pixels.photographs.camera import PinholeCamera
@@ -97,11 +98,6 @@ def _grow(mask: Mask, by: int) -> Mask:
 
 def _spread(values: Array) -> Array:
     """Gives every pixel the value of the nearest pixel that has one."""
-    known = np.isfinite(values)
-    _, labels = cv2.distanceTransformWithLabels(
-        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    by_label = np.zeros(int(labels.max()) + 1)
-    by_label[labels[known]] = values[known]
-    spread: Array = by_label[labels]
+    nearest = distance_transform_edt(np.isnan(values), return_distances=False, return_indices=True)
+    spread: Array = values[tuple(nearest)]
     return spread

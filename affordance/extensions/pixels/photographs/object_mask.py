@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+from scipy.ndimage import binary_fill_holes
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import NothingSeenError, TooSmallError
@@ -47,13 +48,9 @@ def find_object(points: Array, table: Table, at: tuple[float, float] | None) -> 
         raise NothingSeenError(problem, np.zeros((height, width, 3)), depth)
     chosen = labels == labels[rows[nearest], columns[nearest]]
     grown = cv2.dilate(chosen.astype(np.uint8), square).astype(bool) & above
-    return fill_holes(grown)
-
-
-def fill_holes(mask: Mask) -> Mask:
-    """Fills what a mask encloses: readings that are missing there are due to gloss, as shadows are outside."""
-    outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    return cv2.drawContours(np.zeros(mask.shape, np.uint8), outlines, -1, 1, cv2.FILLED).astype(bool)
+    # Readings that are missing in what the mask encloses are due to gloss, as shadows are outside.
+    filled: Mask = binary_fill_holes(grown)
+    return filled
 
 
 def check_mask(mask: Mask, depth: Array) -> None:

@@ -5,7 +5,6 @@ most one. This covers boxes, cylinders and superquadrics, and needs no renderer.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
@@ -117,8 +116,7 @@ def spoil(
 
     ``gloss`` is the radius of a hole on each part, relative to the part's height in the picture.
     """
-    noise = replace(noise or SensorNoise())
-    noisy = noise.add_to(picture, Camera(camera.width, camera.height, camera.fx), rng)
+    noisy = (noise or SensorNoise()).add_to(picture, Camera(camera.width, camera.height, camera.fx), rng)
     depth = noisy.depth.copy()
     there = (shown >= 0).astype(np.uint8)
     beside = np.zeros((1, 2 * _SHADOW + 1), np.uint8)

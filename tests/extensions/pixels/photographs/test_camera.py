@@ -36,6 +36,7 @@ def write(tmp_path):
         {"width": 640, "height": 480, "k": ROWS, "d": []},  # ROS 2
         {"width": 640, "height": 480, "intrinsic_matrix": COLUMNS},  # Open3D
         {"w": 640, "h": 480, "K": COLUMNS, "fps": 60},  # Record3D
+        {"fx": 610.0, "fy": 611.0, "ppx": 321.5, "ppy": 238.0, "coeffs": [0.0] * 5},  # librealsense
         {"K": [ROWS[:3], ROWS[3:6], ROWS[6:]]},
         {"12": {"cam_K": ROWS, "depth_scale": 0.1}},  # BOP's scene_camera.json of a single picture
     ],
