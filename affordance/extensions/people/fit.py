@@ -4,7 +4,7 @@ import io
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,6 +29,7 @@ from affordance.extensions.people.participant import with_participant
 from affordance.extensions.people.pushes import Lifts
 from affordance.extensions.people.rivals import label_learner
 from affordance.extensions.people.selection import Selection, select_learners
+from affordance.extensions.people.static_lifts import StaticLifter
 from affordance.extensions.people.tempered_smc import Draws, draw_prior, merge, sample
 from affordance.files.atomic import write_atomic
 from affordance.files.bounded import RESULTS, read_bytes
@@ -94,13 +95,18 @@ class Question:
 
     def __post_init__(self) -> None:
         """Raises a BadValueError if the fit would take too much memory or time."""
-        rows = self.draws * self.particles
-        lifts = max(len(each.objects) for each in self.lifts.people)
-        most_rows = min(_MOST_ROWS, _MOST_NUMBERS // len(self.lifts.tools) ** 2, _MOST_WORK // lifts)
-        if rows > most_rows:
-            most = most_rows // self.particles
+        if self.draws * self.particles > self.most_rows:
+            most = self.most_rows // self.particles
             problem = f"is {self.draws}, must be at most {most} with {self.particles} particles and these lifts"
             raise BadValueError("--draws", "", problem)
+
+    @cached_property
+    def most_rows(self) -> int:
+        """Largest product of draws and particles; objects that look the same are one."""
+        lifter, people = StaticLifter(self.lifts.tools, self.settings), self.lifts.people
+        things = 1 + max(int(lifter.identify_all(each.objects, each.teaches).max()) for each in people)
+        lifts = max(len(each.objects) for each in people)
+        return min(_MOST_ROWS, _MOST_NUMBERS // things**2, _MOST_WORK // lifts)
 
     @property
     def names(self) -> list[str]:
@@ -282,7 +288,7 @@ def _fit_one(question: Question, place: int) -> PersonFit:
         best = draws.normal[draws.log_likelihoods.sum(axis=1).argmax()]
         noise = float(question._repeat(place, best).std(ddof=1))
         particles = min(4 * question.particles, _MOST_PARTICLES)
-        if noise <= MOST_NOISE or particles <= question.particles or particles * question.draws > _MOST_ROWS:
+        if noise <= MOST_NOISE or particles <= question.particles or particles * question.draws > question.most_rows:
             return PersonFit(draws, noise, question.particles)
         question = replace(question, particles=particles)
 

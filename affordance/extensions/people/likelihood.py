@@ -217,17 +217,15 @@ def draw_courses(
     lifter = StaticLifter(tools, settings)
     state = learner.start(draws, learner.parameters, settings.prior, len(lifter.colours), K * P)
     lifter = lifter.of_learner(learner)
-    order = np.full((1, len(tools)), np.inf)
+    things = lifter.identify_all(person.objects, person.teaches)
     found = Courses(
         np.empty((K, N, P)), np.full((K, N, P), np.nan), np.tile(np.arange(P), (K, N, 1)), np.zeros((K, N, P))
     )
     log_weights = np.zeros((K, _AVERAGED, P))
-    for number, (lifted, push, teaches) in enumerate(zip(person.objects, person.pushes, person.teaches, strict=True)):
-        thing = lifter.identify(np.array([lifted]), order)
-        if teaches:
-            order[0, thing] = np.minimum(order[0, thing], number)
-        colours, rows = lifter.list_colours(int(thing[0])), np.full(K * P, lifted)
-        seen, Phi = Seen(colours, np.repeat(thing, K * P)), lifter.gather(rows, colours)
+    lifts = zip(person.objects, things, person.pushes, person.teaches, strict=True)
+    for number, (lifted, thing, push, teaches) in enumerate(lifts):
+        colours, rows = lifter.list_colours(thing), np.full(K * P, lifted)
+        seen, Phi = Seen(colours, np.full(K * P, thing)), lifter.gather(rows, colours)
         expected = np.vecdot(Phi[:, 0], learner.expect(state, seen).compute_mode(DENSITY_FLOOR)) * lifter.gravity
         found.believed[:, number] = believed = expected.reshape(K, P)
         if np.isfinite(push):

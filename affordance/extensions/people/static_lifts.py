@@ -102,12 +102,11 @@ class StaticLifter:
         self.gravity = float(np.linalg.norm(ArmModel(arm).gravity))
         self.colours: list[Colour] = []
         self._tools = [self._see(tool) for tool in tools]
-        # Objects that differ only in mass look exactly the same, so only different looks are compared.
+        # Objects that differ only in mass look exactly the same, so only different looks are compared, when needed.
         looks = {(each.colours, each.appearance): each for each in self._tools}
-        same = np.array([[_is_same_thing(one, other) for other in looks.values()] for one in looks.values()])
-        place = {look: number for number, look in enumerate(looks)}
-        places = np.array([place[each.colours, each.appearance] for each in self._tools])
-        self._same = same[np.ix_(places, places)]
+        number = {look: number for number, look in enumerate(looks)}
+        self._look = np.array([number[each.colours, each.appearance] for each in self._tools])
+        self._looks, self._same = [*looks.values()], np.full((len(looks), len(looks)), -1, dtype=np.int8)
         self._weights = np.array([each.weight for each in self._tools])
         self._tau = np.array([each.tau for each in self._tools])
         self._first = np.array([each.colours[0] for each in self._tools])
@@ -270,8 +269,22 @@ class StaticLifter:
 
         It is the first lifted object that looks the same, or otherwise the chosen one.
         """
-        known = np.where(self._same[chosen], order, np.inf)
+        looks = self._look[chosen]
+        rows, columns = np.unique(looks), np.unique(self._look[np.isfinite(order).any(axis=0)])
+        for i, j in np.argwhere(self._same[np.ix_(rows, columns)] < 0):
+            pair = rows[i], columns[j]
+            self._same[pair] = _is_same_thing(*(self._looks[look] for look in pair))
+        known = np.where(self._same[looks][:, self._look] > 0, order, np.inf)
         return np.where(np.isfinite(known).any(axis=1), known.argmin(axis=1), np.maximum(chosen, 0))
+
+    def identify_all(self, objects: NDArray[np.intp], teaches: Mask) -> NDArray[np.intp]:
+        """Finds the object as which one observer recognises each of N lifted ones, (N,)."""
+        things, order = np.empty_like(objects), np.full((1, len(self._tools)), np.inf)
+        for number, (lifted, is_taught) in enumerate(zip(objects, teaches, strict=True)):
+            things[number] = thing = self.identify(np.array([lifted]), order)[0]
+            if is_taught:
+                order[0, thing] = min(order[0, thing], number)
+        return things
 
     def _group(
         self, chosen: NDArray[np.intp], things: NDArray[np.intp], taught: Mask

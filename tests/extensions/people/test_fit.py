@@ -198,6 +198,20 @@ def test_who_is_noisy_is_fitted_again_with_more_particles(table, monkeypatch):
     assert [each.particles for each in fit_each(question)] == [10, 10]
     monkeypatch.setattr("affordance.extensions.people.fit.MOST_NOISE", 1e9)
     assert [each.particles for each in fit_each(question)] == [2, 2]
+    monkeypatch.setattr("affordance.extensions.people.fit.MOST_NOISE", 0.0)
+    monkeypatch.setattr("affordance.extensions.people.fit._MOST_NUMBERS", 9 * 4 * 2)
+    assert replace(question).most_rows == 8
+    assert [each.particles for each in fit_each(replace(question))] == [2, 2]
+
+
+def test_objects_that_differ_in_mass_alone_limit_no_number_of_draws(tmp_path):
+    masses = np.linspace(0.3, 0.9, 3000)
+    rows = pd.DataFrame({"object": "can", "mass": masses, "size": 5e-4, "force": 9.81 * masses})
+    rows.to_csv(tmp_path / "masses.csv", index=False)
+    question = ask(tmp_path / "masses.csv", OWN_MEMORY)
+    assert (len(question.lifts.tools), question.most_rows) == (3000, 200_000_000 // 3000)
+    rows.assign(size=np.geomspace(1e-4, 3e-3, 3000)).to_csv(tmp_path / "sizes.csv", index=False)
+    assert "--draws: is 8, must be at most 1" in refuse(ask, tmp_path / "sizes.csv", OWN_MEMORY)
 
 
 def test_people_who_were_fitted_before_a_fit_was_killed_are_taken_up(table, tmp_path, monkeypatch):

@@ -10,6 +10,7 @@ from affordance.belief.material_memory import start_memory
 from affordance.extensions.people.experiments.lifts import cylinder
 from affordance.extensions.people.static_lifts import NOTHING, StaticLifter
 from affordance.files.model_folder import MODELS
+from affordance.objects.appearance import is_same_object
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
@@ -155,3 +156,28 @@ def test_large_surprise_is_lifted_right_the_second_time(family, odd, volume):
     errors = np.median(np.abs(record.force - record.weight)[-2:], axis=1)
     assert errors[0] > 7.0
     assert errors[1] < 1.2
+
+
+def test_objects_are_compared_with_those_that_were_recognised_alone(monkeypatch):
+    """Of 300 sizes, one person tells some dozens apart; objects that differ in mass alone are not compared at all."""
+    compared = []
+
+    def compare(one, other):
+        compared.append((one, other))
+        return is_same_object(one, other)
+
+    monkeypatch.setattr("affordance.extensions.people.static_lifts.is_same_object", compare)
+    heights = np.random.default_rng(0).permutation(np.geomspace(0.05, 0.1, 300))
+    sizes = [cylinder(f"{h}", radius=0.03, height=h, mass=0.5) for h in heights]
+    lifter, taught = StaticLifter(sizes, DEFAULT_SETTINGS), np.ones(300, dtype=bool)
+    things, met = lifter.identify_all(np.arange(300), taught), list[int]()
+    for i, thing in enumerate(things.tolist()):
+        looks = [lifter._tools[each].appearance for each in (i, *met)]
+        same = [each for each, look in zip(met, looks[1:], strict=True) if is_same_object(look, looks[0])]
+        assert thing == (same[0] if same else i)
+        met += [thing] if thing not in met else []
+    assert len(compared) <= 300 * len(met) < 0.2 * 300**2
+    compared.clear()
+    masses = [cylinder(f"{m}", radius=0.03, height=0.06, mass=m) for m in np.linspace(0.3, 0.6, 300)]
+    assert (StaticLifter(masses, DEFAULT_SETTINGS).identify_all(np.arange(300), taught) == 0).all()
+    assert len(compared) == 1
