@@ -121,7 +121,7 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
             "payload",
         ),
         "compare-payloads": Entry(
-            "compare two payloads: of identify, of weigh, or of a data sheet; is it the same body?",
+            "compare two payloads: of identify, live, weigh or a data sheet; is it the same body?",
             "belief.json sheet.yaml",
             "payload",
         ),

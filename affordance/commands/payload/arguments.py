@@ -97,7 +97,7 @@ def declare_weigh(parser: argparse.ArgumentParser) -> None:
 
 def declare_compare_payloads(parser: argparse.ArgumentParser) -> None:
     """Declares the arguments of ``compare-payloads``."""
-    what = "JSON of identify or weigh, or YAML with mass, com, inertia and frame"
+    what = "JSON of identify, weigh or a final event of live, or YAML with mass, com, inertia and frame"
     parser.add_argument("first", type=Path, metavar="A", help=what)
     parser.add_argument("second", type=Path, metavar="B", help="the same for the other payload")
     add = find_group(parser, ROBOT).add_argument
@@ -112,7 +112,9 @@ def declare_feed_forward(parser: argparse.ArgumentParser) -> None:
     what = "link that carries the payload (default: the frame that the payload's file names)"
     find_group(parser, ROBOT).add_argument("--tip", default="", help=what)
     add = parser.add_argument
-    what = "JSON of identify or weigh, or YAML with mass, com, inertia and frame (default: none)"
+    what = (
+        "JSON of identify, weigh or a final event of live, or YAML with mass, com, inertia and frame (default: none)"
+    )
     add("--payload", type=Path, metavar="FILE", help=what)
     add("--posture", type=float, nargs="+", metavar="RAD", help="angle of each joint, rad (required)")
     what = "relative SD of the weight of each link in the robot's file (default 0.1)"

@@ -32,7 +32,7 @@ from affordance.extensions.payload.payload_setting import format_payload
 from affordance.extensions.payload.recording.run import Run, RunDescription
 from affordance.extensions.payload.recording.run_file import read_run
 from affordance.extensions.payload.settings import SignalKind
-from affordance.extensions.robots.recorded_arm import Flange, load_robot
+from affordance.extensions.robots.recorded_arm import Flange
 from affordance.files.atomic import to_plain
 from affordance.files.constraints import Whole
 from affordance.plant.load import HAND_FRAME
@@ -220,28 +220,21 @@ def _follow_foreign(arguments: argparse.Namespace) -> int:
         _call(program, "--model", folder / f"{name}.xml")
         for k, path in enumerate(runs, start=1):
             _call(program, "--record", path, "--script", _EMPTY_SCRIPT, "--seed", k)
-        robot = load_robot(folder / f"{name}.xml", "flange")
-        live = LiveIdentifier(robot, [read_run(path) for path in runs])
-        recorder = None
-        if arguments.record is not None:
-            recorder = Recorder(arguments.record, describe(runs[0].with_suffix(".yaml"), robot.joint_names, *_OF_FR3))
-        used = _Program(robot, Flange(robot.tip, np.eye(4)), live, recorder)
+        arguments.robot, arguments.empty = folder / f"{name}.xml", runs
+        used = _prepare(arguments)
         with (folder / "truth").open("w", encoding="utf-8") as truth:
             words = [*program, "--script", _SCRIPT]
             with subprocess.Popen(
                 words, stdout=subprocess.PIPE, stderr=truth, text=True, encoding="utf-8"
             ) as process:
                 assert process.stdout is not None
-                status = _use(arguments, used, read_lines(process.stdout, robot.joint_names))
+                status = _use(arguments, used, read_lines(process.stdout, used.robot.joint_names))
                 process.terminate()
         for line in (folder / "truth").read_text(encoding="utf-8").splitlines():
             mark = json.loads(line)
             mass = f" of {mark['mass_kg']:.3f} kg" if mark["mark"] == "pick" else ""
             answers.tell(arguments, f"In truth: {mark['mark']}{mass} at {mark['time']:.1f} s.")
     return status
-
-
-_OF_FR3 = SignalKind.JOINT_TORQUE, "flange"
 
 
 def _call(program: list[str], *words: object) -> None:

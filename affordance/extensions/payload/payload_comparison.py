@@ -8,7 +8,7 @@ import scipy
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, show_value
-from affordance.extensions.payload.payload_setting import PayloadSetting, read_payload
+from affordance.extensions.payload.payload_setting import read_payload
 from affordance.files.bounded import read_json
 from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map
 
@@ -85,7 +85,11 @@ def read_estimate(path: Path) -> Estimate:
         raise BadValueError(path, "", "is not a mapping of keys to values, must be one")
     if "parameters_covariance" not in content:
         setting = read_payload(path)
-        mean = setting.parameters if setting.inertia is not None else _list_first(setting)
+        mean = (
+            setting.parameters
+            if setting.inertia is not None
+            else setting.mass * np.array([1.0, *setting.centre_of_mass])
+        )
         return Estimate(path.name, setting.frame, mean, np.zeros((len(mean), len(mean))))
     try:
         mean = np.array(content["parameters"], dtype=float)
@@ -102,10 +106,6 @@ def read_estimate(path: Path) -> Estimate:
             path, "parameters", f"begin with {show_value(float(mean[0]))}, must be finite, and a mass"
         )
     return Estimate(path.name, str(content.get("frame", "")), mean, covariance, bool(content.get("trusted", True)))
-
-
-def _list_first(setting: PayloadSetting) -> Array:
-    return setting.mass * np.array([1.0, *setting.centre_of_mass])
 
 
 def compare_estimates(first: Estimate, second: Estimate) -> Comparison:

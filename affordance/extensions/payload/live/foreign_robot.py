@@ -11,7 +11,6 @@ goes to standard error, never into the stream.
 import argparse
 import json
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ import numpy as np
 STEP, RATE = 1e-3, 250.0  # of the simulation, [s], and of the reports, [Hz]
 _RADIUS = 0.08  # moments of inertia are those of balls of this radius, [m]; no maker publishes them
 _HARMONICS, _SLOWEST = np.arange(1, 6), 0.08  # of the motion, [Hz]
+_ERROR = 0.05  # relative error of the links' masses in the file
 _STOP, _GRIP, _GRIPPED = 0.6, 0.8, 0.3  # time to stop, and to close or open the hand, [s]
 
 
@@ -205,7 +205,7 @@ def _draw_body(rng: np.random.Generator, mass: float) -> tuple[float, np.ndarray
     return mass, centre, mass / 3.0 * ((size**2).sum() - size**2)
 
 
-def simulate(name: str, script: str, seed: int, arm_seed: int = 7, error: float = 0.05) -> Iterator[Sample | Truth]:
+def simulate(name: str, script: str, seed: int, arm_seed: int = 7) -> Iterator[Sample | Truth]:
     """Simulates the robot that follows a script, and yields its reports and what it truly holds.
 
     Args:
@@ -213,7 +213,6 @@ def simulate(name: str, script: str, seed: int, arm_seed: int = 7, error: float 
         script: Words such as "hold 2.5, move 10, pick 2.0, move 30, put, move 10", with masses and times.
         seed: Seed of the motion, the noise, today's friction and the held body.
         arm_seed: Seed of the arm's own errors.
-        error: Relative error of the links' masses in the file.
     """
     import mujoco
 
@@ -229,10 +228,10 @@ def simulate(name: str, script: str, seed: int, arm_seed: int = 7, error: float 
         each.dof_armature[:] = arm.rotor
     payload = model.body("payload").id
     for link in range(1, payload):  # the arm is not the one in its file
-        factor = 1.0 + error * own.normal()
+        factor = 1.0 + _ERROR * own.normal()
         model.body_mass[link] *= factor
-        model.body_inertia[link] *= factor * (1.0 + error * abs(own.normal()))
-        model.body_ipos[link] += 0.1 * error * own.normal(size=3)
+        model.body_inertia[link] *= factor * (1.0 + _ERROR * abs(own.normal()))
+        model.body_ipos[link] += 0.1 * _ERROR * own.normal(size=3)
     data, plan = mujoco.MjData(model), mujoco.MjData(nominal)
     gain = np.array(arm.gain) * (1.0 + arm.gain_sd * own.normal(size=n)) * (1.0 + 0.003 * rng.normal(size=n))
     offset, today = arm.offset_sd * own.normal(size=n), 1.0 + 0.03 * rng.normal(size=n)
@@ -303,15 +302,13 @@ def main() -> None:
     parser.add_argument("--record", type=Path)
     parser.add_argument("--script", default="move 5, pick 1.2, move 12, put, move 4")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--arm-seed", type=int, default=7)
-    parser.add_argument("--real-time", action="store_true")
     arguments = parser.parse_args()
-    arm, start = ARMS[arguments.arm], time.time()
+    arm = ARMS[arguments.arm]
     if arguments.model is not None:
         arguments.model.write_text(write_model(arguments.arm), encoding="utf-8")
         return
     rows = []
-    for each in simulate(arguments.arm, arguments.script, arguments.seed, arguments.arm_seed):
+    for each in simulate(arguments.arm, arguments.script, arguments.seed):
         if isinstance(each, Truth):
             truth = {"time": each.time, "mark": each.mark, "mass_kg": each.mass, "com_m": each.com.tolist()}
             print(json.dumps(truth), file=sys.stderr, flush=True)
@@ -319,10 +316,8 @@ def main() -> None:
         if arguments.record is not None:
             rows.append([each.time, *each.q, *each.v, *each.signal])
             continue
-        if arguments.real_time:
-            time.sleep(max(0.0, start + each.time - time.time()))
         names = {"name": arm.joints, "position": each.q.tolist(), "velocity": each.v.tolist()}
-        print(json.dumps({"time": each.time, **names, "effort": each.signal.tolist()}), flush=arguments.real_time)
+        print(json.dumps({"time": each.time, **names, "effort": each.signal.tolist()}))
     if arguments.record is not None:
         unit = "current" if arm.signal == "current" else "tau"
         header = ["time", *(f"{what}_{i + 1}" for what in ("q", "v", unit) for i in range(len(arm.joints)))]
