@@ -68,15 +68,15 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
     table = read_table(path)
     names = [_shorten(name) for name in table.names]
     columns = {name: table.values[:, k] for k, name in enumerate(names)}
-    if twice := [name for name in names if names.count(name) > 1]:
-        which = ", ".join(f"{long!r}" for long, name in zip(table.names, names, strict=True) if name == twice[0])
-        raise BadValueError(path, twice[0], f"could be {which}, must be one column")
     for angle in ("roll", "pitch", "yaw"):
         if f"{angle}_deg" in columns:
             columns[angle] = np.radians(columns[f"{angle}_deg"])
     if missing := [name for name in WRENCH if name not in columns]:
         raise BadValueError(path, missing[0], f"is missing, must be a column; needed are {', '.join(WRENCH)}")
     form = _choose_form(path, form, columns)
+    if twice := [name for name in (*WRENCH, *FORMS[form]) if names.count(name) > 1]:
+        which = ", ".join(f"{long!r}" for long, name in zip(table.names, names, strict=True) if name == twice[0])
+        raise BadValueError(path, twice[0], f"could be {which}, must be one column")
     values = np.column_stack([columns[name] for name in FORMS[form]])
     rotations, lengths = None, np.zeros(0)
     if form in ("gravity", "accelerometer"):
@@ -110,8 +110,10 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
 
 
 def _shorten(name: str) -> str:
-    """Returns our name of a column: "wrench.force.x" is fx, and "Mx" is tx."""
-    name = re.sub("^m(?=[xyz]$)", "t", name.strip().lower())
+    """Returns our name of a column: "wrench.force.x" is fx, "Mx [Nm]" tx, and "Roll (deg)" roll_deg."""
+    name = re.sub(r"\s*[\[(](deg|°).*", "_deg", name.strip().lower())
+    name = re.sub(r"\s*[\[(].*", "", name)  # another unit
+    name = re.sub("^m(?=[xyz]$)", "t", name)
     found = _LONG_NAME.fullmatch(name)
     return f"{_LONG[found[1]]}{found[2]}" if found else name
 

@@ -48,9 +48,9 @@ def test_a_column_numbers_the_poses(tmp_path):
 
 
 def test_names_that_programs_of_ros_write_and_degrees_are_read(tmp_path):
-    names = "time," + ",".join(f"/ft/wrench.force.{axis}" for axis in "xyz") + ",Mx,My,Mz"
+    names = "time," + ",".join(f"/ft/wrench.force.{axis}" for axis in "xyz") + ",Mx,My,Mz (Nm)"
     rows = [[0.1, 1, 2, 3, 4, 5, 6, *angles] for angles in ([0, 0, 0], [90, 0, 0], [0, 90, 0], [30, 40, 50])]
-    poses = read_poses(write(tmp_path / "p.csv", rows, f"{names},roll_deg,pitch_deg,yaw_deg"))
+    poses = read_poses(write(tmp_path / "p.csv", rows, f"{names},roll_deg,Pitch (deg),yaw [°]"))
     assert_allclose(poses.R_BS[3], Rotation.from_euler("xyz", [30, 40, 50], degrees=True).as_matrix(), atol=1e-12)
     assert poses.wrench[0].tolist() == [1, 2, 3, 4, 5, 6]
 
