@@ -39,6 +39,7 @@ from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
 
 _GAP = 0.25  # step between samples at which a recording is cut, [s]
+_SILENT = 5.0  # time without a sample after which this is said, once, [s]
 _MOST_WAITING = 100_000  # samples that wait to be used, before the sender has to
 _DOMAINS = Whole(0, 232)
 _EMPTY_SCRIPT, _SCRIPT = "move 15", "move 5, pick 1.2, move 12, put, move 4"
@@ -121,10 +122,10 @@ def _follow(arguments: argparse.Namespace, program: _Program) -> int:
         source = read_ros2(arguments.ros2, domain)
     else:
         source = read_lines(sys.stdin, joints)
-    return _use(arguments, program, _read_ahead(source), is_live=True)
+    return _use(arguments, program, _read_ahead(arguments, source), is_live=True)
 
 
-def _read_ahead(source: Iterator[Sample]) -> Iterator[Sample]:
+def _read_ahead(arguments: argparse.Namespace, source: Iterator[Sample]) -> Iterator[Sample]:
     """Reads samples in a thread of its own, so that none is lost while a belief is drawn."""
     waiting: queue.Queue[Sample | BaseException | None] = queue.Queue(_MOST_WAITING)
 
@@ -137,7 +138,17 @@ def _read_ahead(source: Iterator[Sample]) -> Iterator[Sample]:
             waiting.put(error)
 
     threading.Thread(target=read, daemon=True).start()
-    while (sample := waiting.get()) is not None:
+    patience: float | None = _SILENT
+    while True:
+        try:
+            sample = waiting.get(timeout=patience)
+        except queue.Empty:
+            patience = None  # it is said once
+            place = arguments.ros2 or arguments.rtde or "standard input"
+            answers.tell(arguments, f"nothing has come for {_SILENT:g} s: waiting for {place}")
+            continue
+        if sample is None:
+            return
         if isinstance(sample, BaseException):
             raise sample
         yield sample
@@ -187,6 +198,8 @@ def _use(arguments: argparse.Namespace, program: _Program, source: Iterator[Samp
         recorder.cut()
         if recorder.num_seen:
             answers.tell(arguments, f"Recorded: {recorder.folder}")
+    if first is None:
+        order.refuse()
     if first is None or (live is None and recorder is not None and not recorder.num_seen):
         raise BadValueError("the stream", "", "ended without a sample, or without one whose numbers are finite")
     if live is None:

@@ -4,6 +4,7 @@ import io
 import json
 import re
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from helpers.fake_ur import FakeController
 from helpers.refusals import refuse_command
 
 from affordance import MODELS, Run, read_run
+from affordance.commands.payload import live
 from affordance.extensions.payload.live import foreign_robot
 from affordance.extensions.payload.live.recorder import Recorder, describe
 from affordance.extensions.payload.recording.run import RunDescription
@@ -132,6 +134,22 @@ def test_a_controller_of_universal_robots_is_read_and_gets_no_value(tmp_path):
 )
 def test_bad_input_is_refused_in_a_line(words, refusal):
     assert refusal in refuse_command("live", *words)
+
+
+def test_a_stream_of_other_joints_is_refused_by_their_names(monkeypatch):
+    line = json.dumps({"time": 0.0, "name": ["wheel"], "position": [0], "effort": [0]})
+    monkeypatch.setattr(sys, "stdin", io.StringIO(line))
+    assert "names: are wheel, must include shoulder_azimuth" in answer("live", *ARM, status=2).err
+
+
+def test_a_source_that_sends_nothing_is_named(monkeypatch):
+    def send():
+        time.sleep(0.5)
+        yield from (DEMO / "empty.csv").read_text().splitlines()[:60]
+
+    monkeypatch.setattr(live, "_SILENT", 0.1)
+    monkeypatch.setattr(sys, "stdin", send())
+    assert answer("live", *ARM, status=3).out.count("nothing has come for 0.1 s: waiting for standard input") == 1
 
 
 def test_a_stream_of_other_things_is_refused(monkeypatch):

@@ -23,7 +23,6 @@ from affordance.extensions.payload.evidence.unpaired_runs import fit_empty_arm, 
 from affordance.extensions.payload.identify import Runs, check_run, find_gains, identify
 from affordance.extensions.payload.live.fixed_lag import FixedLag, join
 from affordance.extensions.payload.live.load_change import WAIT, Cell, LoadChange
-from affordance.extensions.payload.payload_claim import judge_claim
 from affordance.extensions.payload.payload_setting import PayloadSetting
 from affordance.extensions.payload.posterior.inference import infer
 from affordance.extensions.payload.posterior.payload_belief import COM, PayloadBelief
@@ -495,8 +494,6 @@ class LiveIdentifier:
         if self._is_done:
             self._offered = self._newest
         content |= belief.to_dict()
-        if self._set is not None:
-            content["controller"] = judge_claim(belief, self._set).verdict
         yield LiveEvent("final", self._newest, content, belief, run)
 
     def _build_run(self) -> Run:

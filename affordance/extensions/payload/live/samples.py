@@ -33,7 +33,14 @@ class JointOrder:
     def __init__(self, joints: Sequence[str]) -> None:
         """Keeps the names in the arm's order."""
         self._joints, self._num_foreign = joints, 0
+        self._foreign: tuple[str, ...] = ()  # names of the last message of other joints
         self._orders: dict[tuple[str, ...], list[int] | None] = {}
+
+    def refuse(self) -> None:
+        """Raises a BadValueError that names the joints of the last message, if it was of other joints."""
+        if self._foreign:
+            problem = f"are {', '.join(self._foreign)[:200]}, must include {', '.join(self._joints)}"
+            raise BadValueError("the stream", "names", problem)
 
     def pick(self, sample: Sample) -> tuple[Array, Array | None, Array] | None:
         """Picks angles, velocities and signals, shape (n,) each; None if the message is of other joints.
@@ -47,10 +54,9 @@ class JointOrder:
             self._orders[names] = None if missing else [names.index(name) for name in self._joints]
         order = self._orders[names]
         if order is None:
-            self._num_foreign += 1
+            self._num_foreign, self._foreign = self._num_foreign + 1, names
             if self._num_foreign > _MOST_FOREIGN:
-                problem = f"are {', '.join(names)[:200]}, must include {', '.join(self._joints)}"
-                raise BadValueError("the stream", "names", problem)
+                self.refuse()
             return None
         self._num_foreign = 0
 
