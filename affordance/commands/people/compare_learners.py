@@ -6,7 +6,8 @@ import json
 from affordance.belief.learners import KINDS_DRAWN, LEARNERS
 from affordance.commands.options import read_learner
 from affordance.commands.people.people_options import KEPT, ask, prepare_new_folder, read_setting
-from affordance.extensions.people.fit import compare, draw_scores, warn_of_noise
+from affordance.extensions.people.comparison_figures import draw_pushes, draw_scores
+from affordance.extensions.people.fit import compare, warn_of_noise
 from affordance.extensions.people.predictive_check import check_person
 from affordance.extensions.people.rivals import RIVALS
 from affordance.files.atomic import write_json, write_text
@@ -59,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     write_text(folder / "comparison.csv", found.tabulate().to_csv(index=False, float_format="%.7g"))
     write_json(folder / "comparison.json", content)
     save_figure(draw_scores(found), folder, "comparison")
+    save_figure(draw_pushes(found, lifts), folder, "pushes")
     print(
         json.dumps(content, indent=2)
         if arguments.json

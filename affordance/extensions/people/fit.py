@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
@@ -20,21 +19,20 @@ from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.extensions.people.likelihood import (
     Courses,
+    Filtered,
     FreeParameter,
-    compute_log_likelihoods,
     draw_courses,
+    filter_pushes,
     split_free,
 )
 from affordance.extensions.people.participant import with_participant
 from affordance.extensions.people.pushes import Lifts
-from affordance.extensions.people.rivals import label_learner
 from affordance.extensions.people.selection import Selection, select_learners
 from affordance.extensions.people.static_lifts import StaticLifter
 from affordance.extensions.people.tempered_smc import Draws, draw_prior, merge, sample
 from affordance.files.atomic import write_atomic
 from affordance.files.bounded import RESULTS, read_bytes
 from affordance.files.model_files import list_arm_files
-from affordance.reporting.figures import FONT_SIZE, tidy
 from affordance.runs.repeats import compute_key, list_batches, run_each, run_tasks
 from affordance.settings import Settings
 from affordance.version import __version__
@@ -57,7 +55,6 @@ _STEP, _MOST_STEPS, _MOST_ON_GRID = 0.5, 6, 2
 # Largest SD of a log likelihood over the random numbers of particles with which a fit can be relied on; about 0.9 is
 # recommended for samplers with estimated likelihoods (Pitt and others 2012, J. Econometrics 171:134-151).
 MOST_NOISE = 1.0
-_MOST_NAMED = 6  # participants with a name in a figure
 _MOST_PARTICLES = 800  # for participants whose noise is larger
 
 
@@ -118,10 +115,14 @@ class Question:
         return np.column_stack([each.convert(normal[:, column]) for column, each in enumerate(self.free)])
 
     def compute(self, place: int, normal: Array, repeats: Sequence[int] = ()) -> Array:
-        """Computes log likelihoods of one participant's N pushes for D draws, both (D, ...); returns (D, N).
+        """Computes log likelihoods of one participant's N pushes for D draws, both (D, ...); returns (D, N)."""
+        return self.filter(place, normal, repeats).log_density
 
-        If the learner has one or two free parameters, courses are drawn on a grid of their values, and the log
-        likelihood is interpolated between these. Draws with different ``repeats``, (D,), have different random
+    def filter(self, place: int, normal: Array, repeats: Sequence[int] = ()) -> Filtered:
+        """Computes log likelihoods, and means one step ahead, of one participant's N pushes for D draws, (D, ...).
+
+        If the learner has one or two free parameters, courses are drawn on a grid of their values, and what is
+        computed is interpolated between these. Draws with different ``repeats``, (D,), have different random
         numbers; 0, the default, are those of the fit.
         """
         (own, pushed), numbers = split_free(self.free), np.array(repeats or [0] * len(normal))
@@ -129,10 +130,10 @@ class Question:
         values, person = self.convert(normal)[:, pushed], self.lifts.people[place]
         if len(own) > _MOST_ON_GRID:
             courses = self._draw_courses(place, normal[:, own], numbers)
-            return compute_log_likelihoods(person, courses, np.arange(len(normal)), participant, free, values)
+            return filter_pushes(person, courses, np.arange(len(normal)), participant, free, values)
         at = np.clip(normal[:, own] / _STEP, -_MOST_STEPS, _MOST_STEPS)
         low = np.floor(at).astype(int)
-        total = np.zeros((len(normal), len(person.pushes)))
+        total = np.zeros((2, len(normal), len(person.pushes)))
         corners = np.array(list(itertools.product((0, 1), repeat=len(own))), dtype=int)
         shares = [np.where(corner, at - low, 1.0 - at + low).prod(axis=1) for corner in corners]
         nodes = np.concatenate(
@@ -141,9 +142,8 @@ class Question:
         courses, places = self._find_courses(place, nodes, np.tile(numbers, len(corners)))
         for share, each in zip(shares, np.split(places, len(corners)), strict=True):
             if share.any():
-                found = compute_log_likelihoods(person, courses, each, participant, free, values)
-                total += share[:, None] * found
-        return total
+                total += share[:, None] * np.array(filter_pushes(person, courses, each, participant, free, values))
+        return Filtered(*total)
 
     def _find_courses(
         self, place: int, nodes: NDArray[np.intp], numbers: NDArray[np.intp]
@@ -192,20 +192,22 @@ class Question:
         """
         tasks = [partial(self._repeat, place, each) for place, each in enumerate(normal)]
         found = run_tasks(tasks, jobs=self.jobs, description="particle noise")
-        return np.array([totals.std(ddof=1) for totals in found])
+        return np.array([_find_noise(each) for each in found])
 
-    def _repeat(self, place: int, normal: Array) -> Array:
-        """Computes a participant's log likelihood for one draw with several streams of random numbers."""
+    def _repeat(self, place: int, normal: Array) -> Filtered:
+        """Filters a participant's pushes for one draw with several streams of random numbers."""
         (own, _), normal = split_free(self.free), normal.copy()
         if len(own) <= _MOST_ON_GRID:
             normal[own] = _STEP * np.rint(normal[own] / _STEP)
-        parts = self.compute(place, np.tile(normal, (_NOISE_REPEATS, 1)), range(1, _NOISE_REPEATS + 1))
-        totals: Array = parts.sum(axis=1)
-        return totals
+        return self.filter(place, np.tile(normal, (_NOISE_REPEATS, 1)), range(1, _NOISE_REPEATS + 1))
 
     def draw_prior(self) -> Array:
         """Draws standard normal numbers for the free parameters from the prior, (D, F)."""
         return draw_prior(self.draws, len(self.free), self.seed)
+
+
+def _find_noise(repeats: Filtered) -> float:
+    return float(repeats.log_density.sum(axis=1).std(ddof=1))
 
 
 def find_best(question: Question, found: Draws) -> Array:
@@ -237,6 +239,7 @@ class PersonFit(NamedTuple):
     draws: Draws
     noise: float  # SD of the log likelihood at the best draw over the particles' random numbers
     particles: int
+    predicted: Array  # mean of each push one step ahead at the best draw, over these random numbers, (N,), [N]
 
 
 def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
@@ -267,13 +270,13 @@ def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
 def _list_arrays(question: Question, place: int) -> dict[str, NDArray[Any]]:
     """Fits one participant; returns arrays by name, to be kept in a file."""
     fit = _fit_one(question, place)
-    numbers = {**fit.draws._asdict(), "noise": fit.noise, "particles": fit.particles}
+    numbers = {**fit.draws._asdict(), **{name: getattr(fit, name) for name in ("noise", "particles", "predicted")}}
     return {name: np.asarray(value) for name, value in numbers.items()}
 
 
-def _read_arrays(*, noise: Array, particles: Array, **draws: Any) -> PersonFit:
+def _read_arrays(*, noise: Array, particles: Array, predicted: Array, **draws: Any) -> PersonFit:
     draws["log_evidence"] = float(draws["log_evidence"])
-    return PersonFit(Draws(**draws), float(noise), int(particles))
+    return PersonFit(Draws(**draws), float(noise), int(particles), predicted)
 
 
 def _fit_one(question: Question, place: int) -> PersonFit:
@@ -286,10 +289,11 @@ def _fit_one(question: Question, place: int) -> PersonFit:
         ]
         draws = merge(chains)
         best = draws.normal[draws.log_likelihoods.sum(axis=1).argmax()]
-        noise = float(question._repeat(place, best).std(ddof=1))
+        repeats = question._repeat(place, best)
+        noise = _find_noise(repeats)
         particles = min(4 * question.particles, _MOST_PARTICLES)
         if noise <= MOST_NOISE or particles <= question.particles or particles * question.draws > question.most_rows:
-            return PersonFit(draws, noise, question.particles)
+            return PersonFit(draws, noise, question.particles, repeats.predicted.mean(axis=0))
         question = replace(question, particles=particles)
 
 
@@ -512,21 +516,3 @@ def compare(questions: Sequence[Question], folder: Path | None = None) -> Compar
     }
     selection = select_learners(np.column_stack([*scores.values()]))
     return Comparison([person.name for person in lifts.people], fits, scores, bic, selection)
-
-
-def draw_scores(found: Comparison) -> Figure:
-    """Draws the log score of each learner behind the best, a line for each participant."""
-    figure = Figure(figsize=(7.0, 0.5 * len(found.scores) + 1.6), layout="constrained")
-    axes, names = figure.add_subplot(), [*found.scores]
-    scores = np.array([*found.scores.values()])
-    behind, places = scores - scores.max(axis=0), np.arange(len(names))
-    for column, participant in enumerate(found.participants):
-        axes.plot(behind[:, column], places, "o-", lw=0.6, ms=4, alpha=0.7, label=participant)
-    axes.set_yticks(places, [label_learner(name) for name in names])
-    axes.set(
-        xlabel="log score behind the best learner of the participant (0: the best)", ylim=(len(names) - 0.5, -0.5)
-    )
-    tidy(axes)
-    if len(found.participants) <= _MOST_NAMED:
-        axes.legend(fontsize=FONT_SIZE, loc="best")
-    return figure

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, logit, logsumexp
+from scipy.special import expit, logit, logsumexp, softmax
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DENSITY_FLOOR
@@ -245,15 +245,22 @@ def draw_courses(
     return found
 
 
-def compute_log_likelihoods(
+class Filtered(NamedTuple):
+    """Pushes given those before them, (D, N) each."""
+
+    log_density: Array  # 0 for an unknown push
+    predicted: Array  # mean, [N]
+
+
+def filter_pushes(
     person: Person,
     courses: Courses,
     places: NDArray[np.intp],
     participant: Participant,
     free: Sequence[FreeParameter],
     values: Array,
-) -> Array:
-    """Computes the log probability density of each push given those before it, (D, N); 0 for an unknown push.
+) -> Filtered:
+    """Computes the log probability density, and the mean, of each push given those before it.
 
     Args:
         person: Lifts of the person.
@@ -266,13 +273,15 @@ def compute_log_likelihoods(
     D, P = len(places), courses.believed.shape[2]
     pushes = _get_pushes(participant, free, values)
     log_weights, total = np.full((D, P), -np.log(P)), np.zeros(D)
-    found = np.zeros((D, len(person.pushes)))
+    found = Filtered(*np.zeros((2, D, len(person.pushes))))
     for number, push in enumerate(person.pushes):
+        believed, last = courses.believed[places, number], courses.last[places, number]
+        means = pushes.compute_mean(believed, last)
+        found.predicted[:, number] = np.vecdot(softmax(log_weights, axis=1), means)
         if np.isfinite(push):
-            believed, last = courses.believed[places, number], courses.last[places, number]
             log_weights = log_weights + pushes.compute_log_density(push, believed, last)
             before, total = total, logsumexp(log_weights, axis=1)
-            found[:, number] = total - before
+            found.log_density[:, number] = total - before
         if courses.log_changes[:, number].any():
             log_weights = np.take_along_axis(log_weights, courses.ancestors[places, number], axis=1)
             log_weights = log_weights + courses.log_changes[places, number]

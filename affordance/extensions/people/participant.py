@@ -119,6 +119,11 @@ class Pushes(NamedTuple):
         mean = self.gain * np.where(lapses, before, believed)
         return mean * (1.0 + self.error * normal)
 
+    def compute_mean(self, believed: Array, before: Array) -> Array:
+        """Computes the mean of pushes, [N], given the weights believed now and before, (B,)."""
+        meant: Array = np.where(np.isfinite(before), (1.0 - self.lapse) * believed + self.lapse * before, believed)
+        return self.gain * meant
+
     def compute_log_density(self, push: float, believed: Array, before: Array) -> Array:
         """Computes the log probability density of a push, [N], given the weights believed now and before, (B,)."""
         now = _log_normal(push, self.gain * believed, self.error)

@@ -16,6 +16,7 @@ from scipy.special import logsumexp
 from affordance.belief.learners import DENSITY, KINDS_DRAWN
 from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people import fit
+from affordance.extensions.people.comparison_figures import draw_pushes
 from affordance.extensions.people.experiments.lifts import cylinder, repeat, run_lifts
 from affordance.extensions.people.fit import (
     MOST_NOISE,
@@ -235,7 +236,8 @@ def test_people_who_were_fitted_before_a_fit_was_killed_are_taken_up(table, tmp_
     found = fit_each(replace(question, jobs=1), tmp_path / "kept")
     assert fitted == [0, 1, 2, 2]
     for one, other in zip(found, whole, strict=True):
-        assert one[1:] == other[1:]
+        assert one[1:3] == other[1:3]
+        np.testing.assert_array_equal(one.predicted, other.predicted)
         assert one.draws.log_evidence == other.draws.log_evidence
         np.testing.assert_array_equal(one.draws.normal, other.draws.normal)
         np.testing.assert_array_equal(one.draws.log_likelihoods, other.draws.log_likelihoods)
@@ -280,6 +282,23 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
     assert "own_memory: best for 2 of 2" in said
     assert "protected exceedance probability 0." in said
     assert len(pd.read_csv(tmp_path / "compare_lifts" / "comparison.csv")) == 4
+    assert (tmp_path / "compare_lifts" / "pushes.png").exists()
+
+
+def test_the_figure_of_pushes_has_people_and_each_learner(table):
+    """Means over two people; own memory predicts the last lifts of the odd object, one density does not."""
+    lifts = pd.read_csv(table)
+    lifts.loc[lifts.index[-1], "force"] = np.nan
+    lifts.to_csv(table.with_name("unknown.csv"), index=False)
+    questions = [ask(table.with_name("unknown.csv"), learner) for learner in (DENSITY, OWN_MEMORY)]
+    figure = draw_pushes(compare(questions), questions[0].lifts)
+    assert [axes.get_title() for axes in figure.axes] == ["small, 0.6 kg", "large, 1.2 kg", "odd, 1.9 kg"]
+    weight, people, density, own = (line.get_ydata() for line in figure.axes[2].lines)
+    pushes = lifts[lifts["object"] == "odd"].groupby("observer")["force"].apply(np.array)
+    np.testing.assert_allclose(people[:-1], np.mean([each[:-1] for each in pushes], axis=0))
+    assert people[-1] == pytest.approx(np.nanmean([each[-1] for each in pushes]))
+    assert own[4:] == pytest.approx(weight[0], rel=0.05)
+    assert (density < 0.9 * weight[0]).all()
 
 
 def test_groups_and_checks_as_commands(table, tmp_path):

@@ -12,8 +12,8 @@ from affordance.belief.learner_file import load_learner
 from affordance.belief.learners import DENSITY, KINDS_DRAWN
 from affordance.extensions.people.experiments.lifts import cylinder
 from affordance.extensions.people.likelihood import (
-    compute_log_likelihoods,
     draw_courses,
+    filter_pushes,
     list_free,
     set_learner,
     set_participant,
@@ -35,14 +35,19 @@ OBJECTS = np.array([0, 1, 2, 2, 0])
 ALL = np.ones(len(OBJECTS), dtype=bool)
 
 
-def compute(person, learner, settings, free, values, *, particles, seed):
-    """Log likelihoods of pushes, (D, N), with courses drawn for each of the D values."""
+def compute(*arguments, **options):
+    """Log likelihoods of pushes, (D, N)."""
+    return run_filter(*arguments, **options).log_density
+
+
+def run_filter(person, learner, settings, free, values, *, particles, seed):
+    """Pushes given those before them, with courses drawn for each of D values."""
     own, pushed = split_free(free)
     courses = draw_courses(
         person, TOOLS, learner, settings, free, values[:, own], particles=particles, seeds=[seed] * len(values)
     )
     participant, others = with_participant(settings).participant, [free[i] for i in pushed]
-    return compute_log_likelihoods(person, courses, np.arange(len(values)), participant, others, values[:, pushed])
+    return filter_pushes(person, courses, np.arange(len(values)), participant, others, values[:, pushed])
 
 
 def lift(learner, settings, size, rng, pushes=None):
@@ -68,22 +73,27 @@ def test_without_errors_of_feeling_pushes_are_independent_and_normal():
 
 @pytest.mark.parametrize("learner", [DENSITY, OWN_MEMORY, KINDS_DRAWN], ids=lambda each: each.name)
 def test_likelihood_is_that_of_whole_courses_of_lifts(learner):
-    """The mean over 3,000 courses of the product of densities is the likelihood, with no filter at all."""
+    """The mean over 3,000 courses of the product of densities is the likelihood, with no filter at all.
+
+    Pushes are predicted by these courses, weighted by the product for the pushes before.
+    """
     settings = dataclasses.replace(Settings(), learner=learner)
     rng = np.random.default_rng(1)
     pushes = np.array([4.0, 12.0, 9.0, 14.0, 6.0])
     error = np.full(3000, 0.25)
     one = Pushes(error, np.ones(3000), np.zeros(3000))
-    logs = np.zeros(3000)
+    logs, predicted = np.zeros(3000), []
     for push, believed in zip(pushes, lift(learner, settings, 3000, rng), strict=True):
+        predicted.append(np.average(believed, weights=np.exp(logs)))
         logs += one.compute_log_density(push, believed, np.full(3000, np.nan))
     likelihoods = np.exp(logs)
     standard_error = likelihoods.std() / np.sqrt(3000) / likelihoods.mean()
     assert standard_error < 0.05
     free = list_free(learner, Participant(), ["push_error"])
     person = Person("P1", OBJECTS, pushes, ALL)
-    found = compute(person, learner, settings, free, np.array([[0.25]]), particles=2000, seed=(2,))
-    assert found.sum() == pytest.approx(np.log(likelihoods.mean()), abs=5.0 * standard_error)
+    found = run_filter(person, learner, settings, free, np.array([[0.25]]), particles=2000, seed=(2,))
+    np.testing.assert_allclose(found.predicted[0], predicted, rtol=0.01)
+    assert found.log_density.sum() == pytest.approx(np.log(likelihoods.mean()), abs=5.0 * standard_error)
 
 
 def test_a_push_that_is_not_known_counts_nothing_and_a_lift_that_does_not_teach_changes_nothing():
