@@ -31,6 +31,9 @@ FEWEST = 4  # three poses determine mass, centre of mass and offsets; a fourth s
 # Names under which programs of ROS write columns, as in "wrench.force.x", each with the letter of our name.
 _LONG = {"force": "f", "torque": "t", "orientation": "q", "quaternion": "q", "linear_acceleration": "a"}
 _LONG_NAME = re.compile(rf"(?:.*[./_])?({'|'.join(_LONG)})[./_]([wxyz])")
+# Names of Universal Robots' recorder (RTDE): force and torque at the TCP, and its pose with a rotation vector.
+_RTDE = {f"actual_tcp_force_{i}": name for i, name in enumerate(WRENCH)}
+_RTDE |= {f"actual_tcp_pose_{i}": name for i, name in enumerate(FORMS["rotation_vector"], start=3)}
 _SAME_POSE = np.radians(2.0)  # largest angle between rows of one pose, [rad]
 # A stay is a pose if it has this share of the rows of the longest one, once that has so many rows; others are motion.
 _LEAST_SHARE, _MANY = 0.2, 5
@@ -115,7 +118,7 @@ def _shorten(name: str) -> str:
     name = re.sub(r"\s*[\[(].*", "", name)  # another unit
     name = re.sub("^m(?=[xyz]$)", "t", name)
     found = _LONG_NAME.fullmatch(name)
-    return f"{_LONG[found[1]]}{found[2]}" if found else name
+    return f"{_LONG[found[1]]}{found[2]}" if found else _RTDE.get(name, name)
 
 
 def _choose_form(path: Path, form: str, columns: Mapping[str, Array]) -> str:

@@ -55,6 +55,14 @@ def test_names_that_programs_of_ros_write_and_degrees_are_read(tmp_path):
     assert poses.wrench[0].tolist() == [1, 2, 3, 4, 5, 6]
 
 
+def test_a_table_of_universal_robots_recorder_is_read(tmp_path):
+    names = ["timestamp", *(f"actual_TCP_{what}_{i}" for what in ("pose", "force") for i in range(6))]
+    rows = [[0.1, 0.4, 0.2, 0.5, *turn, 1, 2, 3, 4, 5, 6] for turn in np.r_[np.eye(3), -np.eye(3)[:1]].tolist()]
+    poses = read_poses(write(tmp_path / "p.csv", rows, ",".join(names)))
+    assert_allclose(poses.R_BS[2], Rotation.from_rotvec([0.0, 0.0, 1.0]).as_matrix(), atol=1e-12)
+    assert (poses.form, poses.wrench[0].tolist()) == ("rotation_vector", [1, 2, 3, 4, 5, 6])
+
+
 def test_one_of_several_forms_is_chosen(tmp_path):
     rows = [[*hold(axis, 1)[0], *(-9.81 * np.array(axis))] for axis in [*np.eye(3).tolist(), [0, 0, -1]]]
     path = write(tmp_path / "p.csv", rows, f"{WRENCH},gx,gy,gz,ax,ay,az")
