@@ -135,7 +135,7 @@ def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
     for axes in panels[-1]:
         axes.set_xlabel("trial with this object")
     for axes in panels.flat:
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     handles, labels = panels[0][0].get_legend_handles_labels()
     if len(groups) > 1:
         figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=4)
