@@ -19,6 +19,9 @@ test -s results/report.html
 test "$(ls lessons | wc -l)" -eq 9
 "$work/env/bin/affordance" identify --demo
 "$work/env/bin/affordance" rank --demo
+"$work/env/bin/affordance" live --demo
+"$work/env/bin/affordance" see --demo pictures
+"$work/env/bin/affordance" see pictures/can.png --depth pictures/can_depth.png --camera pictures/camera.json
 examples=$project/examples/experiments
 "$work/env/bin/affordance" lift --objects "$examples/objects.yaml" --trials "$examples/counterbalanced.csv" --out lifted
 # The examples of README and of the page of own objects, one file each.
