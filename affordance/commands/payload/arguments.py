@@ -152,12 +152,15 @@ def declare_live(parser: argparse.ArgumentParser) -> None:
     add("--gains", type=Path, help="known gains (gains.yaml, written by identify with --reference-mass)")
     source = parser.add_argument_group("where samples come from (default: JSON lines, or a table, on standard input)")
     source = source.add_mutually_exclusive_group()
-    source.add_argument("--ros2", metavar="TOPIC", help="joint states of ROS 2, such as /joint_states; needs no ROS")
+    source.add_argument(
+        "--ros2",
+        metavar="TOPIC",
+        help="joint states of ROS 2, such as /joint_states, in the domain ROS_DOMAIN_ID; needs no ROS",
+    )
     source.add_argument("--rtde", metavar="HOST[:PORT]", help="a Universal Robots controller")
     source.add_argument("--replay", type=Path, nargs="+", metavar="RUN", help="recordings, one after the other")
     what = "recordings of the package; or fr3, a robot in another process, simulated by MuJoCo"
     source.add_argument("--demo", nargs="?", const="bar", choices=("bar", "fr3"), help=what)
-    add("--domain", type=int, metavar="N", help="domain of --ros2 (default: the variable ROS_DOMAIN_ID, else 0)")
     add("--seconds", type=float, metavar="S", help="end after S seconds of the stream")
     what = "kind of the signal, without empty runs (default joint_torque)"
     add("--signal", choices=("joint_torque", "motor_torque", "current"), default="joint_torque", help=what)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from affordance.arguments import check_number, check_whole
+from affordance.arguments import check_number
 from affordance.commands import answers
 from affordance.commands.demo import ARM_FILE, EMPTIES, EMPTY, LOADED, MASS, PIECE, announce, check_alone
 from affordance.commands.payload.identify import find_flange_of, load_robot_of
@@ -34,14 +34,13 @@ from affordance.extensions.payload.recording.run_file import read_run
 from affordance.extensions.payload.settings import SignalKind
 from affordance.extensions.robots.recorded_arm import Flange
 from affordance.files.atomic import to_plain
-from affordance.files.constraints import Whole
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
 
 _GAP = 0.25  # step between samples at which a recording is cut, [s]
 _SILENT = 5.0  # time without a sample after which this is said, once, [s]
 _MOST_WAITING = 100_000  # samples that wait to be used, before the sender has to
-_DOMAINS = Whole(0, 232)
+_MOST_DOMAIN = 232
 _EMPTY_SCRIPT, _SCRIPT = "move 15", "move 5, pick 1.2, move 12, put, move 4"
 
 
@@ -113,13 +112,16 @@ def _follow(arguments: argparse.Namespace, program: _Program) -> int:
             raise BadValueError("--rtde", "", f"is {arguments.rtde!r}, must be HOST or HOST:PORT")
         source = read_rtde(host, kind, int(port or PORT))
     elif arguments.ros2:
-        domain = int(os.environ.get("ROS_DOMAIN_ID", "0")) if arguments.domain is None else arguments.domain
-        check_whole("--domain", domain, _DOMAINS)
+        domain = os.environ.get("ROS_DOMAIN_ID") or "0"
+        if not domain.isdecimal() or int(domain) > _MOST_DOMAIN:
+            raise BadValueError(
+                "ROS_DOMAIN_ID", "", f"is {domain!r}, must be a whole number from 0 to {_MOST_DOMAIN}"
+            )
         try:
             from affordance.extensions.payload.live.ros2 import read_ros2
         except ImportError as error:
             raise BadValueError("--ros2", "", "needs the library cyclonedds: pip install cyclonedds") from error
-        source = read_ros2(arguments.ros2, domain)
+        source = read_ros2(arguments.ros2, int(domain))
     else:
         source = read_lines(sys.stdin, joints)
     return _use(arguments, program, _read_ahead(arguments, source), is_live=True)

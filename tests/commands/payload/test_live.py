@@ -124,7 +124,7 @@ def test_a_controller_of_universal_robots_is_read_and_gets_no_value(tmp_path):
     [
         ([ARM[0]], "--empty: is missing, must be recordings with an empty hand; --record DIR makes them"),
         ([*ARM, "--replay", "nothing.csv"], "nothing.csv: does not exist"),
-        ([*ARM, "--ros2", "/joint_states", "--domain", "-1"], "--domain"),
+        ([*ARM, "--ros2", "/joint_states"], "ROS_DOMAIN_ID: is 'home', must be a whole number from 0 to 232"),
         ([*ARM, "--rtde", "x:y"], "must be HOST or HOST:PORT"),
         ([*ARM, "--rtde", "x"], "but the empty runs have joint_torque"),
         ([*ARM, "--seconds", "0"], "--seconds"),
@@ -132,7 +132,8 @@ def test_a_controller_of_universal_robots_is_read_and_gets_no_value(tmp_path):
         ([*ARM, "--demo", "--rtde", "x"], "not allowed with"),
     ],
 )
-def test_bad_input_is_refused_in_a_line(words, refusal):
+def test_bad_input_is_refused_in_a_line(words, refusal, monkeypatch):
+    monkeypatch.setenv("ROS_DOMAIN_ID", "home")
     assert refusal in refuse_command("live", *words)
 
 

@@ -46,7 +46,7 @@ def test_the_reader_has_no_writer(domain):
     assert found[1] == []
 
 
-def test_a_robot_in_another_process_is_followed_and_no_sample_is_lost(domain, children, tmp_path):
+def test_a_robot_in_another_process_is_followed_and_no_sample_is_lost(domain, children, tmp_path, monkeypatch):
     (tmp_path / "fr3.xml").write_text(foreign_robot.write_model("fr3"))
     robot = [sys.executable, foreign_robot.__file__, "fr3"]
     empty = [tmp_path / f"empty_{k}.csv" for k in (1, 2, 3)]
@@ -54,7 +54,8 @@ def test_a_robot_in_another_process_is_followed_and_no_sample_is_lost(domain, ch
         words = [*robot, "--record", str(path), "--script", "move 12", "--seed", str(k)]
         assert children(words).wait(PATIENCE) == 0
     words = [sys.executable, "-m", "affordance", "live", str(tmp_path / "fr3.xml"), "--empty", *map(str, empty)]
-    words += ["--ros2", "/joint_states", "--domain", str(domain), "--seconds", "8", "--json"]
+    words += ["--ros2", "/joint_states", "--seconds", "8", "--json"]
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
     live = children(words)
     assert json.loads(live.stdout.readline())["event"] == "ready"
     script = "hold 1.5, move 8.5"
