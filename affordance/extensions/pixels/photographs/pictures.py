@@ -72,7 +72,9 @@ def read_depth(path: Path, size: tuple[int, int], unit: float | None = None) -> 
     median = float(np.nanmedian(depth))
     if not _NEAREST <= median <= _FARTHEST:
         fitting = [f"{each:g}" for each in _UNITS if _NEAREST <= median / scale * each <= _FARTHEST]
-        hint = f"; --depth-unit {' or '.join(fitting)} would fit" if found.dtype.kind != "f" and fitting else ""
+        hint = f"; --depth-unit {' or '.join(fitting)} would fit" if fitting else ""
+        if found.dtype.kind == "f":
+            hint = "; numbers with decimals must be in m"
         problem = f"shows things {median:.3g} m away in the median, must be from {_NEAREST:g} to {_FARTHEST:g} m"
         raise BadValueError(path, "", problem + hint)
     return depth

@@ -61,6 +61,11 @@ def test_depth_is_in_metres_and_missing_is_nan(write, name, array, unit):
             np.full((48, 64), 9600, np.uint16),
             "9.6 m away in the median, must be from 0.1 to 5 m; --depth-unit 0.0001 or 0.0002 or 0.00025 would fit",
         ),
+        (
+            "mm.npy",
+            np.full((48, 64), 800.0),
+            "800 m away in the median, must be from 0.1 to 5 m; numbers with decimals",
+        ),
         ("none.png", np.zeros((48, 64), np.uint16), "has readings in 0 % of its pixels"),
         ("objects.npy", np.array([{}]), "is no array of numbers"),
     ],
