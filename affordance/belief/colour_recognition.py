@@ -1,4 +1,4 @@
-"""Recognition of a material by its colour: the colour is a known one or a new one.
+"""Recognises a material by its colour, which is a known or a new colour.
 
 A colour is measured with an error, and objects of one material differ by a just noticeable difference. Measurements
 of a known colour are normal in CIELAB; new colours are uniform over the colours that a picture can contain. The error
@@ -40,7 +40,7 @@ def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None
 def compute_colour_probabilities(
     colour: Colour, colour_sd: float, colours: Sequence[Colour], lightness_sd: float = 0.0
 ) -> Array:
-    """Computes probabilities that a colour is each of K known colours or, last, a new one, shape (K + 1,).
+    """Computes the probability of each of K known colours and of a new one, (K + 1,).
 
     Args:
         colour: Measured colour.
@@ -62,7 +62,7 @@ def compute_colour_probabilities(
 
 
 def _find_brightening(colour: Colour) -> Array:
-    """Computes the change of a colour in CIELAB with the light, per unit of L*, shape (3,).
+    """Computes how a colour changes in CIELAB with the light, per unit of L*, shape (3,).
 
     L* + 16, a* and b* grow with the cube root of the light; where L* is below 8, L*, a* and b* are proportional to it
     (CIE 15:2004). The derivative is thus exact, without a difference of rounded colours.

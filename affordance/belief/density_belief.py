@@ -33,7 +33,7 @@ _WHOLE = 10.0
 
 
 class PointEstimate(enum.Enum):
-    """Point estimate that represents a belief when a controller needs a single density."""
+    """Point estimate of a density, for a controller that needs a single value."""
 
     MODE = "mode"  # the most probable density (paper, IV-A)
     SAMPLE = "sample"  # a random draw (paper, III)
@@ -53,7 +53,10 @@ class DensityBelief:
     information_vector: Array  # eta, shape (M,), read-only
 
     def __post_init__(self) -> None:
-        """Stores read-only copies; raises a BadArgumentError if the precision is not finite and positive definite."""
+        """Stores read-only copies of the arrays.
+
+        A precision that is not finite and positive definite raises a BadArgumentError.
+        """
         information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
         size = information_vector.size
         precision = check_array("precision", self.precision, (size, size)).copy()
@@ -69,7 +72,7 @@ class DensityBelief:
         return f"DensityBelief({self.describe()})"
 
     def describe(self) -> str:
-        """Returns a line with means and standard deviations of the unrestricted normal distribution."""
+        """Returns a line with means and SDs of the unrestricted normal distribution."""
         sds = np.sqrt(np.diag(self.covariance))
         texts = [
             f"{show_density(mean)} ± {show_density(sd)}" for mean, sd in zip(self.untruncated_mean, sds, strict=True)
@@ -79,14 +82,14 @@ class DensityBelief:
 
     @classmethod
     def from_normals(cls, normals: Normals) -> "DensityBelief":
-        """Builds the belief of the only observer."""
+        """Builds the belief of a single observer."""
         if normals.information is not None:
             return cls(normals.precision[0], normals.information_vector[0])
         return cls.from_moments(normals.mean[0], normals.covariance[0])
 
     @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
-        """Builds the belief from the moments of its unrestricted normal distribution, (M,) and (M, M).
+        """Builds the belief from unrestricted moments, (M,) and (M, M).
 
         Raises:
             BadArgumentError: The covariance is not positive definite, shapes do not match, or a value is not finite.
@@ -124,7 +127,7 @@ class DensityBelief:
         return Normals.from_information(self.precision[None], self.information_vector[None])
 
     def select(self, indices: Sequence[int]) -> "DensityBelief":
-        """Returns the belief about the densities at some indices, in that order; the others are marginalised."""
+        """Selects densities by index, in that order, and marginalises the others."""
         chosen = list(indices)
         if chosen == list(range(self.size)):
             return self
@@ -141,14 +144,16 @@ class DensityBelief:
         return self.extend_by([prior.mode] * count, [prior.sd] * count)
 
     def extend_by(self, means: Sequence[float], sds: Sequence[float]) -> "DensityBelief":
-        """Returns the belief with more, independent materials, each with its mean and standard deviation."""
+        """Adds independent materials, each with its own mean and standard deviation."""
         precision = np.diag([*np.zeros(self.size), *(sd**-2 for sd in sds)])
         precision[: self.size, : self.size] = self.precision
         added = [mean / sd**2 for mean, sd in zip(means, sds, strict=True)]
         return DensityBelief(precision, np.append(self.information_vector, added))
 
     def add_object_variation(self, deviation: float, num_objects: int = 1) -> "DensityBelief":
-        """Returns the belief about densities of objects, mu (1 + delta) with delta ~ N(0, deviation^2) for each.
+        """Returns the belief about the densities of objects.
+
+        These are mu (1 + delta) with an independent delta ~ N(0, deviation^2) for each density of each object.
 
         The belief is joint, of size num_objects * M, ordered object by object, with exact moments.
         """
@@ -158,7 +163,10 @@ class DensityBelief:
         return DensityBelief.from_moments(np.tile(self.untruncated_mean, num_objects), covariance)
 
     def compute_point_estimate(self, point_estimate: PointEstimate, rng: np.random.Generator) -> Array:
-        """Computes the point estimate of the densities, at least DENSITY_FLOOR each, shape (M,), [kg/m^3]."""
+        """Computes point estimates of the densities, shape (M,), [kg/m^3].
+
+        Each is at least DENSITY_FLOOR.
+        """
         match point_estimate:
             case PointEstimate.MODE:
                 return self.compute_mode()
@@ -172,7 +180,7 @@ class DensityBelief:
         return floored
 
     def compute_mode(self) -> Array:
-        """Computes the mode of the densities under the bound DENSITY_FLOOR, shape (M,), [kg/m^3]."""
+        """Computes the mode of the densities, at least DENSITY_FLOOR, (M,), [kg/m^3]."""
         return compute_mode(self.untruncated_mean, self.precision, DENSITY_FLOOR)
 
     def compute_mean(self) -> Array:
@@ -185,13 +193,19 @@ class DensityBelief:
         return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, chosen)
 
     def draw_samples(self, rng: np.random.Generator, num_samples: int, *, is_even: bool = False) -> Array:
-        """Draws samples, shape (num_samples, M), [kg/m^3]: independent, or evenly spread if is_even."""
+        """Draws samples of the densities, shape (num_samples, M), [kg/m^3].
+
+        They are independent, or evenly spread if ``is_even``.
+        """
         return positive_gaussian.draw_samples(
             self.untruncated_mean, self.covariance, rng, num_samples, is_even=is_even
         )
 
     def compute_log_evidence(self, likelihood: Likelihood) -> float:
-        """Computes the log evidence of data: the log of the integral of p(data | rho) p(rho) over rho > 0."""
+        """Computes the log evidence of data under this belief.
+
+        This is the log of the integral of p(data | rho) p(rho) over rho > 0.
+        """
         posterior = self.condition(likelihood)
         return float(
             self.compute_untruncated_log_evidence(likelihood, posterior)
@@ -207,7 +221,7 @@ class DensityBelief:
         return float(self.normals.compute_log_evidence(likelihood, posterior.normals)[0])
 
     def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> float:
-        """Computes the probability, under this belief, of data with no more evidence than these have.
+        """Computes the p-value of data: the probability of data with no more evidence.
 
         The restriction to positive densities is ignored; see ``Normals.compute_p_value``.
         """
@@ -223,7 +237,7 @@ def show_density(density: float) -> str:
 
 
 class Density(NamedTuple):
-    """Mean, SD and percentiles of the belief about the mean density of objects of one colour, [kg/m^3]."""
+    """Summary of the belief about one colour's mean density, [kg/m^3]."""
 
     mean: float
     sd: float

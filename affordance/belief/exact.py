@@ -1,10 +1,10 @@
-"""Posterior of materials' densities from everything that was felt, for many observers at once.
+"""Computes the posterior of material densities from all holds, for many observers at once.
 
     mu_i ~ N(m_i, s_i^2) for mu_i > 0                  mean density of material i, [kg/m^3]
     rho_k = mu_i (1 + deviation delta_k)               density of object k, with delta_k ~ N(0, 1)
     y ~ N(t, s0^2 + (w t)^2),  t = tau_arm + A rho_k   mean torques of one hold of object k, [N m]
 
-The state keeps what was felt (``holds``), never a sum of approximations to it. Objects may therefore come in any
+The state keeps all measurements (``holds``) instead of a running approximation. Objects may therefore come in any
 order and be forgotten, and memories can be merged.
 
 Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
@@ -44,7 +44,10 @@ _LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in d
 
 
 class Experience(NamedTuple):
-    """Prior of M mean densities, and evidence of B observers about T things with at most C densities."""
+    """Prior of M mean densities, and evidence of B observers about T objects.
+
+    An object has at most C densities.
+    """
 
     prior: Normals  # of the mean densities
     holds: Holds
@@ -63,7 +66,10 @@ class Experience(NamedTuple):
 
 
 class GivenMeans(NamedTuple):
-    """Normal distributions of an object's C densities given M mean densities, with a linear mean, for B observers."""
+    """Normal distributions of an object's C densities given M mean densities.
+
+    Their mean is linear in the mean densities, for each of B observers.
+    """
 
     offset: Array  # mean at mean densities of zero, (B, C), [kg/m^3]
     slopes: Array  # change with the mean densities, (B, C, M)
@@ -71,7 +77,7 @@ class GivenMeans(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """Posterior of mean densities, and of the densities of one object, for B observers, [kg/m^3]."""
+    """Posterior of mean densities and of one object's densities, [kg/m^3]."""
 
     means: Normals  # unrestricted normals of M mean densities, (B, M)
     own: Normals | None  # unrestricted normals of the object's C densities, (B, C)
@@ -80,7 +86,10 @@ class Posterior(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """Log posterior at scores z, (B, n, M), and deviations d, (B, n, T, C), with its derivatives."""
+    """Log posterior at given scores and deviations, with its derivatives.
+
+    Scores z are (B, n, M), deviations d (B, n, T, C).
+    """
 
     value: Array  # (B, n)
     of_things: Array  # share of each thing in the value, (B, n, T)
@@ -121,7 +130,7 @@ class _Model:
         return other
 
     def find_densities(self, z: Array) -> tuple[Array, Array, Array]:
-        """Computes mu, (B, n, M), and its first and second derivative by the scores."""
+        """Computes mu, (B, n, M), and its first two derivatives by the scores."""
         x = -ndtri_exp(self.log_share + log_ndtr(-z))
         slope = self.sd * np.exp(0.5 * (x - z) * (x + z) + self.log_share)
         # Far below the mode x is a small difference of large numbers, but mu stays positive.
@@ -129,7 +138,10 @@ class _Model:
         return mu, slope, slope * (x * slope / self.sd - z)
 
     def evaluate(self, z: Array, d: Array, *, is_expected: bool = False) -> _Point:
-        """Computes the log posterior with derivatives; expected second derivatives are positive definite."""
+        """Evaluates the log posterior and its derivatives.
+
+        Expected second derivatives are positive definite.
+        """
         mu, slope, bend = self.find_densities(z)
         S, f = self.selection[:, None].astype(float), self.deviation
         own = (S @ mu[:, :, None, :, None])[..., 0]  # mu of each density, (B, n, T, C)
@@ -164,7 +176,7 @@ class _Model:
 
 
 class _Curvature(NamedTuple):
-    """Factors of minus the matrix of second derivatives, with some scores fixed."""
+    """Factors of the negative Hessian, with some scores fixed."""
 
     DC: Array  # D^-1 C, (B, n, T, C, M)
     Dg: Array  # D^-1 g, (B, n, T, C)
@@ -176,7 +188,10 @@ class _Curvature(NamedTuple):
 
 
 def _solve(point: _Point, fixed: Array) -> tuple[_Curvature, Mask]:
-    """Solves for the Newton step, and tells where the matrix is positive definite, (B, n)."""
+    """Solves for the Newton step.
+
+    Also returns where the matrix is positive definite, (B, n).
+    """
     A, C, D = point.A, point.C, point.D
     if D.shape[-1] == 1:
         inverse_D, log_D, ok = 1.0 / D, np.log(np.maximum(D[..., 0, 0], 1e-300)), D[..., 0, 0] > 0.0
@@ -207,7 +222,7 @@ def _solve(point: _Point, fixed: Array) -> tuple[_Curvature, Mask]:
 
 
 class _Mode(NamedTuple):
-    """Mode of the log posterior, given fixed scores, with its curvature."""
+    """Mode of the log posterior, with its curvature, for given fixed scores."""
 
     z: Array
     d: Array
@@ -216,9 +231,11 @@ class _Mode(NamedTuple):
 
 
 def _climb(model: _Model, z: Array, d: Array, fixed: Array, settled: float) -> _Mode:
-    """Finds modes by Newton's method with shortened steps; ``fixed`` is 1 for scores that stay, (B, n, M).
+    """Finds modes by Newton's method with shortened steps.
 
-    Where the matrix of second derivatives is not negative definite, its expectation replaces it.
+    The mask ``fixed``, (B, n, M), is 1 for scores that stay constant.
+
+    Where the Hessian is not negative definite, its expectation replaces it.
     """
     found = _Mode(z, d, *_look(model, z, d, fixed))
     left, part, here, ended = np.arange(len(z)), model, found, np.zeros(fixed.shape[:2], dtype=bool)
@@ -256,7 +273,9 @@ def _look(model: _Model, z: Array, d: Array, fixed: Array, point: _Point | None 
 
 
 def _start(model: _Model, prior: Normals, T: int, C: int) -> tuple[Array, Array]:
-    """Finds scores, (B, 2, M), and deviations, (B, 2, T, C), to start from: those of a fit, and zeros.
+    """Computes starting points for scores, (B, 2, M), and deviations, (B, 2, T, C).
+
+    One point is a fit of the torques, the other is zero.
 
     The log posterior may have several maxima (``fit_torques``).
     """
@@ -285,7 +304,7 @@ def _start(model: _Model, prior: Normals, T: int, C: int) -> tuple[Array, Array]
 
 
 def _choose_best(found: _Mode) -> _Mode:
-    """Returns the most probable of several modes by Laplace's method."""
+    """Selects the most probable of several modes with Laplace's method."""
     z, d, point, curvature = found
     rows, best = np.arange(len(z)), (point.value - 0.5 * curvature.log_det).argmax(axis=1)
 
@@ -316,7 +335,7 @@ def _put(mode: _Mode, rows: NDArray[np.intp], part: _Mode) -> _Mode:
 
 
 def compute_posterior(experience: Experience) -> Posterior:
-    """Computes the posterior of mean densities, and of one thing's own densities."""
+    """Computes the posterior of mean densities and of one object's own densities."""
     prior, holds, kinds, is_used, deviation, things = experience
     B, M = prior.mean.shape
     owned = ((kinds[..., None] == np.arange(M)) & is_used[..., None]).any(axis=2)  # (B, T, M)
@@ -370,7 +389,10 @@ def compute_posterior(experience: Experience) -> Posterior:
 
 
 def _split(experience: Experience, patterns: Mask) -> Posterior:
-    """Computes the posteriors of observers in groups of equal patterns, so that none depends on others."""
+    """Computes posteriors in groups of observers with equal patterns.
+
+    No observer's result then depends on the others.
+    """
     numbers = np.unique(patterns, axis=0, return_inverse=True)[1].ravel()
     parts = [np.flatnonzero(numbers == number) for number in range(numbers.max() + 1)]
     order = np.argsort(np.concatenate(parts))
@@ -392,10 +414,12 @@ def _split(experience: Experience, patterns: Mask) -> Posterior:
 
 
 def _divide(experience: Experience, joined: Mask, owned: Mask) -> Posterior:
-    """Computes posteriors of groups of mean densities that no prior and no thing joins, apart from each other.
+    """Computes independent posteriors for groups of mean densities.
 
-    ``joined``, (M, M), tells which are of one group, and ``owned``, (B, T, M), which a thing has. A group that no
-    thing has keeps its prior.
+    No prior and no object connects two groups.
+
+    ``joined``, (M, M), is true for densities of one group, and ``owned``, (B, T, M), for densities of an object. A
+    group without objects keeps its prior.
     """
     prior, holds, kinds, is_used, deviation, things = experience
     B, M = prior.mean.shape
@@ -437,14 +461,16 @@ def _divide(experience: Experience, joined: Mask, owned: Mask) -> Posterior:
 
 
 def _find_covariance(mode: _Mode) -> Array:
-    """Finds the covariance of the mean densities, (B, M, M), from that of their scores at the mode."""
+    """Computes the covariance of mean densities, (B, M, M), from their scores at the mode."""
     slope = mode.point.slope[:, 0]
     covariance: Array = slope[..., None] * mode.curvature.inverse[:, 0] * slope[:, None]
     return covariance
 
 
 def _expand(model: _Model, mode: _Mode) -> Normals:
-    """Expands the log posterior of the mean densities, not of scores, to second order at the mode.
+    """Expands the log posterior of mean densities to second order at the mode.
+
+    The expansion is in densities, not in scores.
 
     Restricted to positive densities this is nearly exact even if the data leave differences of densities open.
     """
@@ -498,7 +524,9 @@ def _tabulate(model: _Model, mode: _Mode) -> _Grid:
 
 
 def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
-    """Computes the marginal of each score where every thing has one density, so that mean densities are independent.
+    """Computes the marginals of independent scores on a grid.
+
+    Mean densities are independent if every object has one density.
 
     All scores move at once. Deviations follow by one Newton step, whose gain is added.
     """
@@ -517,7 +545,10 @@ def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
 
 
 def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: Array) -> _Grid:
-    """Interpolates log marginals, (B, M, n), and deviations with their variances, (B, M, n, T, C), from the nodes."""
+    """Interpolates log marginals, (B, M, n), and deviations from the nodes.
+
+    Deviations and their variances are (B, M, n, T, C).
+    """
     extended, closest = _build_spline()
     log_p = log_p @ extended.T
     mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
@@ -546,7 +577,7 @@ def _build_spline() -> tuple[Array, Array]:
 
 
 def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals, is_quadratic: Mask) -> Normals:
-    """Builds the normals that have these means and SDs, (B, M), when restricted to positive densities.
+    """Builds normals whose means and SDs, (B, M), apply after restriction to positive densities.
 
     The correlations after restriction are those of ``covariance``, (B, M, M). The bound of each density is taken for
     a normal factor that gives its moments, as in expectation propagation (Minka 2001): exact for densities that do

@@ -1,8 +1,8 @@
-"""Measured torques of things, kept hold by hold, and their log likelihood at given densities, for many observers.
+"""Stores measured torques for every hold, and computes their log likelihood for many observers.
 
-The torques of N holds are kept with the thing that was held. Holds that differ in the measured torques alone are one
-entry, with the mean and the sum of squares of these. Evidence that is a quadratic function of a thing's densities is
-a hold, too: as many torques as densities, with constant errors.
+Each of N holds refers to the held object. Holds that differ only in measured torques share one entry, with mean and
+sum of squares of the torques. Evidence that is a quadratic function of a thing's densities is a hold, too: as many
+torques as densities, with constant errors.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,7 +32,7 @@ OF_HOLDS = (
 
 
 class Holds(NamedTuple):
-    """Arrays of a state that hold what was felt; see ``OF_HOLDS``."""
+    """Arrays of a state that store the measurements; see ``OF_HOLDS``."""
 
     thing: NDArray[np.intp]
     counts: Array
@@ -46,7 +46,7 @@ class Holds(NamedTuple):
 
     @classmethod
     def of(cls, state: State) -> "Holds":
-        """Takes the arrays from a state."""
+        """Extracts the arrays of holds from a state."""
         return cls(*(state[name] for name in OF_HOLDS))
 
     def take(self, rows: NDArray[np.intp]) -> "Holds":
@@ -55,7 +55,10 @@ class Holds(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Log likelihood of T things at n sets of densities, (B, n, T, C), and its derivatives."""
+    """Log likelihood of T objects at n sets of densities, with its derivatives.
+
+    Densities are (B, n, T, C).
+    """
 
     value: Array  # (B, n, T)
     gradient: Array  # (B, n, T, C)
@@ -63,7 +66,7 @@ class Slopes(NamedTuple):
 
 
 def compute_log_likelihood(holds: Holds, rho: Array, *, is_expected: bool = False) -> Slopes:
-    """Computes the log likelihood of all that was felt at densities, (B, n, T, C), [kg/m^3].
+    """Computes the log likelihood of all measurements at densities, (B, n, T, C), [kg/m^3].
 
     The variance of a torque grows with the torque itself, so its logarithm is a part of the likelihood. Errors of a
     thing's geometry are the same in all of its holds and are integrated over, with their determinant. If is_expected,
@@ -84,7 +87,9 @@ def compute_log_likelihood(holds: Holds, rho: Array, *, is_expected: bool = Fals
 
 
 def fit_torques(holds: Holds, num_things: int) -> tuple[Array, Array]:
-    """Fits densities with the errors of torques that are as large as the measured ones, for a start.
+    """Fits densities to torques, as a first guess.
+
+    The errors have the size that the measured torques imply.
 
     At a density at which a joint bears hardly any torque, its error is small, so the log likelihood has several
     maxima.
@@ -107,25 +112,28 @@ _FEW = 32  # number of things whose sums are matrix products
 
 
 def _cut(holds: Holds, entries: int) -> Iterator[Holds]:
-    """Cuts the holds into parts, given the number of entries that one hold of each observer needs."""
+    """Splits the holds into parts, given the number of entries that one hold of each observer needs."""
     N, step = holds.arm.shape[1], max(1, _LARGEST // max(entries, 1))
     return (Holds._make(array[:, start : start + step] for array in holds) for start in range(0, N, step))
 
 
 def _multiply(values: Array, matrices: Array) -> Array:
-    """Multiplies values, (B, n, N, K), by a matrix of each hold, (B, N, K, L); the result is (B, n, N, L)."""
+    """Multiplies values, (B, n, N, K), by a matrix per hold, (B, N, K, L).
+
+    The result is (B, n, N, L).
+    """
     return np.asarray((values.swapaxes(1, 2) @ matrices).swapaxes(1, 2))
 
 
 def _take_of_holds(holds: Holds, rho: Array) -> Array:
-    """Returns the densities of the thing of each hold, (B, n, N, C)."""
+    """Selects the densities of the object in each hold, (B, n, N, C)."""
     size, n, _, C = rho.shape
     place = np.broadcast_to(holds.thing[:, None, :, None], (size, n, holds.thing.shape[1], C))
     return np.take_along_axis(rho, place, axis=2)
 
 
 def _add_by_thing(sums: Array, holds: Holds, values: Array) -> None:
-    """Adds to sums of T things, (B, n, T, K), the values of their holds, (B, n, N, K)."""
+    """Adds values of holds, (B, n, N, K), to the sums of their objects, (B, n, T, K)."""
     T = sums.shape[2]
     if len(sums) > 1 or T <= _FEW:
         owner = (holds.thing[:, None, :] == np.arange(T)[:, None]) & (holds.counts > 0)[:, None, :]
@@ -169,10 +177,10 @@ _STEP = 1e-4
 
 
 def _correct_for_geometry(holds: Holds, rho: Array, slopes: Slopes, is_expected: bool) -> Slopes:
-    """Adds what changes if errors e ~ N(0, I) of each thing's geometry are integrated over: R = D + F F^T.
+    """Adds the effect of errors e ~ N(0, I) of each object's geometry, with R = D + F F^T.
 
     log N(r; 0, R) = log N(r; 0, D) + b^T M^-1 b / 2 - log det M / 2 with M = I + F^T D^-1 F and b = F^T D^-1 r, sums
-    over the thing's holds. The second derivatives are central differences of the first.
+    over the object's holds. The second derivatives are central differences of the first.
     """
 
     def evaluate(rho: Array) -> tuple[Array, Array, Array]:
@@ -209,7 +217,7 @@ _LEAST_SQUARES = 1e-14
 
 
 def reduce_errors(holds: Holds, num_things: int) -> Holds:
-    """Replaces the errors of each thing's geometry by equivalent ones that are fewer.
+    """Replaces the geometry errors of each object by fewer, equivalent errors.
 
     Any rotation of errors e ~ N(0, I) is equivalent. About as many combinations change torques as a body at rest has
     parameters that bear weight; the others are left out.
@@ -226,7 +234,7 @@ def reduce_errors(holds: Holds, num_things: int) -> Holds:
 
 
 def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
-    """Sums what all holds tell of the errors of geometry of each thing at given densities, (B, n, T, C).
+    """Sums the information about geometry errors over holds, given densities, (B, n, T, C).
 
     Given the densities, the errors are normal with mean M^-1 b and covariance M^-1.
 
@@ -263,7 +271,7 @@ def sum_geometry(holds: Holds, rho: Array) -> tuple[Array, ...]:
 
 
 class Felt(NamedTuple):
-    """Evidence of B observers from one lift of a thing with C densities."""
+    """Evidence of B observers from one lift of an object with C densities."""
 
     hold: Holds  # of one thing, (B, 1, ...)
     log_constant: Array  # added to the log likelihood, (B,)
@@ -280,7 +288,7 @@ class Felt(NamedTuple):
         num_samples: int = 1,
         errors: Array | None = None,
     ) -> "Felt":
-        """Builds the evidence from mean torques of a hold.
+        """Builds the evidence from the mean torques of a hold.
 
         Args:
             tau: Measured torques, (B, J), [N m].
@@ -330,7 +338,7 @@ class Felt(NamedTuple):
         )
 
     def find_likelihood(self, normals: Normals, observers: NDArray[np.intp] | None = None) -> Likelihood:
-        """Finds the quadratic log likelihood that agrees with the exact one at the posterior mode.
+        """Approximates the exact log likelihood by a quadratic at the posterior mode.
 
         Value, gradient and Hessian agree there, so evidence and posterior of a normal belief are those of Laplace's
         method. The mode may be negative.
@@ -388,7 +396,7 @@ class Felt(NamedTuple):
         return Likelihood(P, g + product, log_constant, self._find_peak(hold, rho, rows), self.num_values)
 
     def _find_peak(self, hold: Holds, rho: Array, rows: NDArray[np.intp]) -> Array:
-        """Computes the log probability density of torques that equal the predicted ones, (N,)."""
+        """Computes the log probability density at the predicted torques, (N,)."""
         t = hold.arm[:, 0] + np.matvec(hold.regressor[:, 0], rho)
         variance = (hold.noise[:, 0, :1] ** 2 + (hold.noise[:, 0, 1:] * t) ** 2) / hold.weight[:, 0, None]
         peak = -0.5 * np.log(2.0 * np.pi * variance).sum(axis=-1) if self.log_peak is None else self.log_peak[rows]
@@ -402,14 +410,17 @@ _SETTLED, _MOST_STEPS, _MOST_HALVINGS = 1e-12, 200, 40
 
 
 def start_holds(size: int) -> State:
-    """Returns the entries of a state of B observers who have felt nothing yet."""
+    """Returns the entries of a state without any hold, for B observers."""
     shapes = ((0,), (0,), (0,), (0, 2), (0, 0), (0, 0), (0, 0), (0, 0, 0), (0, 0, 0, 0))
     state: State = {name: np.zeros((size, *shape)) for name, shape in zip(OF_HOLDS, shapes, strict=True)}
     return {**state, "hold_thing": state["hold_thing"].astype(np.intp)}
 
 
 def add_hold(state: State, seen: Seen, felt: Felt) -> State:
-    """Returns the state with one more hold of a thing; one that differs in its torques alone joins an earlier one."""
+    """Adds a hold of an object to the state.
+
+    A hold that differs only in its torques joins an earlier entry.
+    """
     rows, N = np.arange(len(seen.things)), state["hold_count"].shape[1]
     new = {**dict(zip(OF_HOLDS, felt.hold, strict=True)), "hold_thing": seen.things[:, None]}
     shapes = {name: np.maximum(state[name].shape[2:], new[name].shape[2:]) for name in OF_HOLDS}
@@ -437,7 +448,7 @@ def add_hold(state: State, seen: Seen, felt: Felt) -> State:
 
 
 def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> State:
-    """Returns the state of a single observer with many more holds; see ``add_hold``, which adds one to many."""
+    """Adds many holds to the state of a single observer; see ``add_hold``."""
     number = np.array([*state["hold_thing"][0], *things], dtype=np.intp)
     merged: State = {"hold_thing": number[None]}
     for i, name in enumerate(OF_HOLDS[1:], 1):
@@ -467,7 +478,7 @@ def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> Stat
 
 
 def forget_things(state: State, things: Sequence[int]) -> State:
-    """Returns the state with what was felt of these things alone, which are numbered anew in this order."""
+    """Keeps only the holds of these objects, renumbered in this order."""
     new = np.full(int(state["hold_thing"].max(initial=-1)) + 2, -1)
     kept = [thing for thing in things if thing < len(new)]
     new[kept] = [place for place, thing in enumerate(things) if thing < len(new)]
@@ -476,7 +487,7 @@ def forget_things(state: State, things: Sequence[int]) -> State:
 
 
 def keep_holds(state: State, is_kept: Mask) -> State:
-    """Returns the state with some holds, (B, N), which move to the first places."""
+    """Keeps selected holds, (B, N), and moves them to the first places."""
     order = np.argsort(~is_kept, axis=1, kind="stable")[:, : int(is_kept.sum(axis=1).max(initial=0))]
     left = np.take_along_axis(is_kept, order, axis=1)
     arrays = {name: state[name][np.arange(len(order))[:, None], order] for name in OF_HOLDS}

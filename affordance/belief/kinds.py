@@ -1,14 +1,14 @@
-"""State of a learner with kinds: groups of objects within a colour, for B observers at once.
+"""State of a learner with kinds, which are groups of objects of one colour, for B observers.
 
 A colour has one or more kinds, each with a mean density. A thing belongs to one kind in each of its colours. If it
-changes its kind, another object that looks the same is taken to be in the hand: a specimen is what was felt of a
-thing while it was of the same kinds, and it has deviations of its own. Earlier holds stay with the earlier kind, and
-count again if the thing returns to it. The belief about the means of all kinds is the posterior given all holds and
-these memberships (``exact``).
+changes its kind, it is treated as a different object that looks the same. A specimen comprises the holds of a thing
+while its kinds were the same, and has its own deviations. Earlier holds stay with the earlier kind, and count again
+if the thing returns to it. The belief about the means of all kinds is the posterior given all holds and these
+memberships (``exact``).
 
-After a lift, kinds without things are removed. Two kinds of a colour are merged if they are twins: their mean
-densities differ, with a probability above one half, by less than the scatter of objects within a material, which is
-the fraction ``deviation`` of the average of both means.
+After a lift, kinds without things are removed. Two kinds of a colour are merged if they are twins. With a probability
+above one half, the mean densities of twins differ by less than the scatter of objects within a material, which is the
+fraction ``deviation`` of the average of both means.
 
 The kinds of an observer fill the first places of its row, the oldest first; the remaining places are zero, and so are
 the entries of things that were never lifted. A new kind is first appended to all rows; ``tidy`` then closes the gaps.
@@ -49,7 +49,7 @@ class KindPrior(NamedTuple):
 
 
 def start_kinds(num_colours: int, prior: KindPrior) -> State:
-    """Returns the entries of a state for kinds: one kind for each colour, without things."""
+    """Returns the entries of a state with one kind per colour, without objects."""
     size, K = len(prior.mean), num_colours
     of_kinds: State = {
         "kind_colour": np.tile(np.arange(K), (size, 1)),
@@ -72,18 +72,24 @@ def start_kinds(num_colours: int, prior: KindPrior) -> State:
 
 
 def make_room_for_thing(state: State, seen: Seen) -> State:
-    """Returns the state with room for a thing in every array of things."""
+    """Makes room for an object in every array of objects."""
     return make_room(state, OF_THINGS, seen)
 
 
 def believe_kinds(state: State) -> Normals:
-    """Returns the belief about the mean densities of K kinds, (B, K); places without a kind are N(0, 1)."""
+    """Computes the belief about the mean densities of K kinds, (B, K).
+
+    Empty places are N(0, 1).
+    """
     absent = np.eye(state["is_kind"].shape[1]) * ~state["is_kind"][:, None, :]
     return Normals(state["mean"], state["covariance"] + absent)
 
 
 def find_specimens(state: State, things: NDArray[np.intp]) -> tuple[State, NDArray[np.intp]]:
-    """Finds the specimen of each observer's thing with its present kinds, (B,); a new one is added to the state."""
+    """Finds the specimen of each observer's object with its present kinds, (B,).
+
+    A new specimen is added to the state.
+    """
     rows = np.arange(len(things))
     key = np.where(state["num_lifts"][rows, things] > 0, state["thing_kind"][rows, things] + 1, 0)  # (B, C)
     kinds = pad(state["specimen_kind"], (state["specimen_kind"].shape[1], key.shape[1]))
@@ -97,7 +103,10 @@ def find_specimens(state: State, things: NDArray[np.intp]) -> tuple[State, NDArr
 
 
 def infer_kinds(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
-    """Computes the belief about all kinds from all holds, in the state, and that about one thing of each, (B, C)."""
+    """Computes the belief about all kinds from all holds.
+
+    Returns the state with this belief, and the belief about one object per observer, (B, C).
+    """
     is_kind, (state, specimens) = state["is_kind"], find_specimens(state, things)
     sd = np.where(is_kind, state["kind_sd"], 1.0)
     prior = Normals(state["kind_mean"], sd[..., None] ** 2 * np.eye(sd.shape[1]))
@@ -111,7 +120,7 @@ def infer_kinds(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]
 
 
 def keep_specimens(state: State, kept: Mask) -> State:
-    """Returns the state with some specimens, (B, S), and their holds, moved to the first places."""
+    """Keeps selected specimens, (B, S), and their holds, and moves them to the first places."""
     if not kept.size:
         return state
     order = np.argsort(~kept, axis=1, kind="stable")
@@ -129,7 +138,10 @@ def keep_specimens(state: State, kept: Mask) -> State:
 
 
 def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDArray[np.intp]:
-    """Counts the things of each kind, (B, K), optionally without one thing for each observer."""
+    """Counts the objects of each kind, (B, K).
+
+    One object for each observer can be excluded.
+    """
     counted = state["num_lifts"] > 0
     if excluded is not None:
         counted = counted & (np.arange(counted.shape[1]) != excluded[:, None])[:, :, None]
@@ -139,7 +151,10 @@ def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDAr
 
 
 def find_most_populous(state: State, colours: Sequence[int]) -> NDArray[np.intp]:
-    """Returns the kind with the most things in each colour, the oldest in a tie, (B, colours)."""
+    """Finds the kind with the most objects in each colour, (B, colours).
+
+    In a tie it is the oldest kind.
+    """
     counts = count_things(state)[:, None, :]
     candidates = mark_kinds(state, colours)
     return np.where(candidates, counts, -1).argmax(axis=2)
@@ -153,7 +168,10 @@ def mark_kinds(state: State, colours: Sequence[int]) -> Mask:
 
 
 def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior], is_kind: Mask) -> State:
-    """Returns the state with a place for a new kind of each colour, used where ``is_kind``, (B, colours), is true."""
+    """Adds a place for a new kind of each colour.
+
+    It is used where ``is_kind``, (B, colours), is true.
+    """
     K, count = state["is_kind"].shape[1], len(colours)
     shapes = {name: (K + count,) * (state[name].ndim - 1) for name in OF_KINDS}
     state = {**state, **{name: pad(state[name], shape).copy() for name, shape in shapes.items()}}
@@ -169,7 +187,9 @@ def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior],
 
 
 def tidy(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
-    """Removes kinds without things, computes the belief, and merges twins, after these things were held, (B,).
+    """Removes empty kinds, computes the belief, and merges twins after a hold.
+
+    The held objects are ``things``, (B,).
 
     Returns: The state, without own densities of ordinary things, and the belief about each observer's thing, (B, C).
     """
@@ -200,7 +220,7 @@ def tidy(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
 
 
 def remove_kinds(state: State, removed: Mask) -> State:
-    """Returns the state without some kinds, (B, K), and what was felt of them; no thing may belong to them."""
+    """Removes kinds, (B, K), and their measurements. No object may belong to them."""
     state = _copy_kinds(state)
     kinds = state["specimen_kind"]
     gone = (
@@ -216,7 +236,7 @@ def remove_kinds(state: State, removed: Mask) -> State:
 
 
 def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
-    """Finds a pair of twins: kinds of a colour whose means probably differ by less than the scatter within a kind.
+    """Finds a pair of kinds of one colour that probably have the same density.
 
     Returns:
         Index of the older kind, index of the later one, and True where there are twins, (B,) each.
@@ -235,7 +255,9 @@ def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
 
 
 def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: NDArray[np.intp]) -> State:
-    """Merges two kinds of some observers into the older one, as if all their things had always belonged to it.
+    """Merges two kinds of some observers into the older kind.
+
+    Their objects then count as if they had always belonged to it.
 
     The belief about the kinds must be computed again.
     """
@@ -258,7 +280,7 @@ def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: 
 
 
 def close_gaps(state: State) -> State:
-    """Returns the state with the kinds of each observer moved to the first places; unused places are removed."""
+    """Moves the kinds of each observer to the first places, and removes unused places."""
     is_kind = state["is_kind"]
     order = np.argsort(~is_kind, axis=1, kind="stable")
     rows, places = np.arange(len(order))[:, None], np.argsort(order, axis=1)
@@ -273,7 +295,7 @@ def close_gaps(state: State) -> State:
 
 
 def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-    """Returns the state of the selected colours, renumbered in order, and of things that have no other colour."""
+    """Selects colours, which are renumbered in order, and the objects without other colours."""
     places = np.zeros(state["is_own"].shape[1] + 1, dtype=np.intp)
     places[[thing + 1 for thing in things]] = np.arange(1, len(things) + 1)
     state = {**state, "specimen_thing": places[state["specimen_thing"]]}
@@ -287,7 +309,10 @@ def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) 
 
 
 def _forget_own(state: State, is_odd: Mask) -> State:
-    """Forgets own densities of things that are not odd, ``is_odd`` of shape (B, T, C)."""
+    """Clears the own densities of ordinary objects.
+
+    The mask ``is_odd`` has shape (B, T, C).
+    """
     is_own = state["is_own"] & is_odd
     both = is_own[..., :, None] & is_own[..., None, :]
     own = {"own_mean": np.where(is_own, state["own_mean"], 0.0)}

@@ -1,4 +1,4 @@
-"""Gate that decides after a lift whether an object is odd, of another kind, or of a new kind.
+"""Decides after a lift whether an object is odd, of another known kind, or of a new kind.
 
 Before a lift the kind of an object follows a sticky Chinese restaurant process whose guests are objects. Let N_k be
 the number of other objects of kind k, N their sum, and n the number of lifts in which the object was of its present
@@ -51,7 +51,7 @@ _SETTLED, _MAX_PASSES = 1e-5, 50
 
 
 class Hypotheses(NamedTuple):
-    """Hypotheses of positive probability about the kinds of an object with m colours, N in total for all observers.
+    """Hypotheses about the kinds of an object with m colours.
 
     The hypotheses of an observer are consecutive; they are all combinations of kinds over the object's colours.
     """
@@ -74,7 +74,7 @@ class Verdicts(NamedTuple):
 
 
 def compute_kind_probabilities(counts: Array, concentration: Array, switching: Array, num_lifts: Array) -> Array:
-    """Computes the probabilities of K kinds of a colour and, last, of a new one, before a lift, (B, K + 1).
+    """Computes prior probabilities of K kinds and of a new kind of a colour, (B, K + 1).
 
     Args:
         counts: Number of other objects of each kind, (B, K).
@@ -95,8 +95,8 @@ def predict_new(state: State, colours: tuple[int, ...]) -> tuple[list[KindPrior]
     """Predicts the density of a new kind of each colour.
 
     The first kind of a colour has the prior. The scale of a further kind is the root mean square of the mean density
-    of the most populous kind, which equals the mean if that is well known. The mean alone would not do: errors may
-    bring the mean of a kind that was hardly felt close to zero.
+    of the most populous kind, which equals the mean if that is well known. The mean alone is not enough: a kind that
+    was hardly felt may have a mean close to zero by error.
 
     Returns:
         Prior of each colour's new kind, and True where it is a further kind, (B, colours).
@@ -116,9 +116,9 @@ def predict_new(state: State, colours: tuple[int, ...]) -> tuple[list[KindPrior]
 def predict_densities(
     state: State, seen: Seen, observers: NDArray[np.intp], kinds: NDArray[np.intp], scatter_sd: Array
 ) -> Normals:
-    """Predicts an object's m densities for given kinds: S rho + delta, or its own densities if it is odd.
+    """Predicts the m densities of an object, given its kinds.
 
-    An odd object's own densities have drifted since its last lift.
+    The prediction is S rho + delta. An odd object keeps its own densities, which have drifted since its last lift.
 
     Args:
         state: State of the observers.
@@ -143,7 +143,7 @@ def predict_densities(
 def list_hypotheses(state: State, seen: Seen) -> Hypotheses:
     """Lists the hypotheses about an object: all combinations of a known or new kind for each of its colours.
 
-    A colour with K_i kinds has K_i + 1 candidates. The state must have room for the thing and, in its last places, a
+    A colour with K_i kinds has K_i + 1 candidates. The state must have room for the object and, in its last places, a
     new kind for each of the object's colours.
     """
     rows, m = np.arange(len(seen.things)), len(seen.colours)
@@ -177,11 +177,12 @@ def list_hypotheses(state: State, seen: Seen) -> Hypotheses:
 
 
 def weigh(state: State, seen: Seen, felt: Felt) -> Verdicts:
-    """Computes posterior probabilities of all hypotheses about an object from what is felt.
+    """Computes the posterior probabilities of all hypotheses about an object.
 
-    The evidence is that of unrestricted normal distributions, as for a trial's p-value. Each hypothesis about m
-    colours costs one search for the likelihood and O(m^3); each hypothesis with a further kind costs some more
-    searches.
+    The evidence uses unrestricted normal distributions, as does a trial's p-value.
+
+    Each hypothesis about m colours costs one search for the likelihood and O(m^3); each hypothesis with a further
+    kind costs some more searches.
     """
     new, _ = predict_new(state, seen.colours)
     everywhere = np.ones((len(seen.things), len(seen.colours)), dtype=bool)
@@ -196,7 +197,7 @@ def weigh(state: State, seen: Seen, felt: Felt) -> Verdicts:
 
 
 def settle_breadth(hypotheses: Hypotheses, felt: Felt, kappa: Array) -> tuple[Hypotheses, Likelihood, Normals]:
-    """Evaluates the breadth of new kinds at the posterior density under each hypothesis, by iteration.
+    """Iterates the SD of new kinds until it fits their posterior densities.
 
     Each pass uses the density of the previous pass; the first uses the density before the lift. If the object is
     denser than the reference, the passes rise towards the measured density without exceeding it. If it is less dense
@@ -229,9 +230,9 @@ def settle_breadth(hypotheses: Hypotheses, felt: Felt, kappa: Array) -> tuple[Hy
 
 
 def adopt(state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp], felt: Felt) -> Lesson:
-    """Learns from the lift under the verdict of ``weigh`` chosen for each observer (its index), (B,).
+    """Learns from the lift under the hypothesis that was chosen for each observer.
 
-    If the kinds of the object change, its earlier holds stay with its earlier kinds.
+    If the object changes its kinds, its earlier holds stay with the earlier kinds.
     """
     hypotheses, rows, m = verdicts.hypotheses, np.arange(len(chosen)), len(seen.colours)
     kinds = hypotheses.kinds[chosen]
@@ -258,12 +259,13 @@ def adopt(state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp]
 
 
 def _start_broadly(state: State, verdicts: Verdicts, chosen: NDArray[np.intp]) -> list[KindPrior]:
-    """Returns the prior of a new kind of each colour: an SD of s times the larger of reference and density felt.
+    """Returns the prior of a new kind of each colour.
 
-    The adopted hypothesis no longer has to pass the gate. With an SD of s times the reference alone, an object many
-    times as dense would be underestimated in lift after lift. The SD of a colour's first kind is at least the
-    prior's; with the prior's SD alone, dense materials would be underestimated by a fraction that light ones would
-    not.
+    Its SD is s times the larger of the reference and the felt density.
+
+    With an SD of s times the reference alone, an object many times as dense would be underestimated in lift after
+    lift. The SD of a colour's first kind is at least the prior's; with the prior's SD alone, dense materials would be
+    underestimated by a fraction that light ones would not.
     """
     hypotheses = verdicts.hypotheses
     mean, after = hypotheses.densities.mean[chosen], verdicts.posterior.mean[chosen]

@@ -1,8 +1,8 @@
-"""Interface that every learner of densities implements, for many observers at once.
+"""Interface of learners, which estimate densities for many observers at once.
 
-A learner object holds parameters only. Everything that an observer remembers is in a ``State``: named arrays whose
-first dimension is that of B observers (or particles; an arm is a single observer). A state can thus be stored and
-restored unchanged, and its rows are observers. Where lengths differ between observers, arrays are padded with zeros.
+A learner object holds parameters only. Memory is in a ``State``: named arrays with one row for each of B observers
+(or particles; an arm is a single observer). A state can thus be stored and restored unchanged. Where lengths differ
+between observers, arrays are padded with zeros.
 """
 
 from abc import ABC, abstractmethod
@@ -25,17 +25,20 @@ from affordance.files.constraints import check_fields
 
 
 class Draws(Protocol):
-    """Random numbers with the interface of ``numpy.random.Generator``; row b belongs to observer b."""
+    """Random numbers with the interface of ``numpy.random.Generator``.
+
+    Row b belongs to observer b.
+    """
 
     def random(self, size: tuple[int, ...], /) -> Array:
-        """Draws uniform numbers in [0, 1); the first dimension is that of observers."""
+        """Draws uniform numbers in [0, 1); the first dimension is for observers."""
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
-        """Draws standard normal numbers; the first dimension is that of observers."""
+        """Draws standard normal numbers; the first dimension is for observers."""
 
 
 class Lesson(NamedTuple):
-    """Result of learning from a lift: the new state, and the belief about the object's own densities."""
+    """New state after a lift, and the belief about the object's own densities."""
 
     state: State
     densities: Normals  # posterior of the object's own densities, (B, m)
@@ -43,7 +46,7 @@ class Lesson(NamedTuple):
 
 
 class Groups(NamedTuple):
-    """Groups of objects that share a mean density, at most K for each observer.
+    """Groups of objects that share a mean density, up to K per observer.
 
     A learner with one density for each colour has one group for each colour.
     """
@@ -59,7 +62,9 @@ class Groups(NamedTuple):
 
 
 class Learner(ABC):
-    """Rule by which observers learn densities from lifts; base class of all learners.
+    """Rule by which observers learn densities from lifts.
+
+    This is the base class of all learners.
 
     A subclass declares its parameters as fields of a nested frozen dataclass ``Parameters``, such as
     ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. The value of a parameter is one number
@@ -74,15 +79,21 @@ class Learner(ABC):
 
     @dataclass(frozen=True)
     class Parameters:
-        """Parameters of a learner that has none."""
+        """Empty parameters, for a learner without any."""
 
     def __init_subclass__(cls) -> None:
-        """Resolves annotations that are strings, so that processes without the defining file can read them."""
+        """Resolves annotations that are strings.
+
+        Processes without the defining file can then read them.
+        """
         super().__init_subclass__()
         cls.Parameters.__annotations__ = get_type_hints(cls.Parameters, include_extras=True)
 
     def __init__(self, **parameters: Any) -> None:
-        """Checks the parameters, given by name; an unknown name or an invalid value raises a BadArgumentError."""
+        """Checks the parameters, which are given by name.
+
+        An unknown name or an invalid value raises a BadArgumentError.
+        """
         self.parameters: Any = _check_parameters(self, parameters)
 
     @property
@@ -92,25 +103,31 @@ class Learner(ABC):
 
     @property
     def label(self) -> str:
-        """Name in words, for figures and tables."""
+        """Name in figures and tables."""
         return self.name
 
     @property
     def fitted(self) -> tuple[str, ...]:
-        """Names of the parameters that are fitted to people by default: all unless overridden."""
+        """Names of the parameters that are fitted to people, by default all."""
         return tuple(_list_values(self.parameters))
 
     @property
     def is_exact(self) -> bool:
-        """True if all objects of a colour are of one kind, so that the belief is the posterior given all holds."""
+        """True if all objects of a colour are of one kind.
+
+        The belief is then the posterior given all holds.
+        """
         return False
 
     def change(self, **parameters: Any) -> Self:
-        """Returns the learner with new values for some parameters; raises a BadArgumentError for a wrong one."""
+        """Returns the learner with new values for some parameters.
+
+        A wrong parameter raises a BadArgumentError.
+        """
         return type(self)(**{**_list_values(self.parameters), **parameters})
 
     def of_observers(self, observers: Sequence[int]) -> Self:
-        """Returns the learner of some observers, selected by number, with their values of each parameter."""
+        """Returns the learner with the parameters of selected observers."""
         values = _list_values(self.parameters)
         own = {name: each for name, each in values.items() if isinstance(each, tuple)}
         for name, each in own.items():
@@ -131,12 +148,15 @@ class Learner(ABC):
         return f"{self.name}({values})"
 
     def to_plain(self) -> Any:
-        """Returns the description for files: the name, plus all parameters unless every one has its usual value."""
+        """Returns the learner as plain data for files.
+
+        The parameters are left out if all have their default values.
+        """
         return self.name if self == self.usual else {"name": self.name, **_list_values(self.parameters)}
 
     @property
     def usual(self) -> Self:
-        """The learner with the usual values of its parameters."""
+        """Learner with the default values of its parameters."""
         return type(self)()
 
     @abstractmethod
@@ -161,17 +181,18 @@ class Learner(ABC):
 
     @abstractmethod
     def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
-        """Learns from a lift; returns the new state, and the belief about the object's own densities.
+        """Updates the state and the belief about the object's densities after a lift.
 
         Args:
             state: State of the observers before the lift.
             seen: Lifted object.
-            felt: What was felt; its method ``find_likelihood`` computes the likelihood of the object's densities.
+            felt: Evidence of the lift; its method ``find_likelihood`` computes the likelihood of the object's
+                densities.
             rng: Random numbers; each discrete choice draws one uniform number per observer.
         """
 
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Returns the state after a colour was seen, and the index of that colour.
+        """Adds a seen colour to the state, unless it is a known colour.
 
         Args:
             state: State of the observers.
@@ -183,7 +204,7 @@ class Learner(ABC):
         raise AffordanceError(f"{self.name} met a new colour after its start, which needs a method 'meet'")
 
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        """Returns the state of the selected colours, in the given order, and of the selected objects.
+        """Selects colours, in the given order, and objects from the state.
 
         Args:
             state: State of the observers.
@@ -193,23 +214,23 @@ class Learner(ABC):
         raise AffordanceError(f"{self.name} has to forget a colour, which needs a method 'select'")
 
     def group(self, state: State) -> Groups:
-        """Returns the groups of objects that the learner distinguishes: one for each colour unless overridden."""
+        """Returns the groups of objects that the learner distinguishes, by default one per colour."""
         means = self.believe(state)
         colours = np.broadcast_to(np.arange(means.mean.shape[1]), means.mean.shape)
         return Groups(means, colours, colours)
 
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
-        """Returns the index of the seen object's group for each of its m colours, (B, m)."""
+        """Finds the group of each of the object's m colours, (B, m)."""
         return np.broadcast_to(np.array(seen.colours, dtype=np.intp), (len(seen.things), len(seen.colours)))
 
 
 def describe_start(parameters: Any, prior: Prior, size: int) -> State:
-    """Returns the entries of a state that hold prior and parameters, (B,) each."""
+    """Returns prior and parameters as entries of a state, (B,) each."""
     return {**describe_prior(prior, size), **{name: np.full(size, v) for name, v in _list_values(parameters).items()}}
 
 
 def describe_prior(prior: Prior, size: int) -> State:
-    """Returns the entries of a state that hold the prior, (B,) each."""
+    """Returns the prior as entries of a state, (B,) each."""
     values = {"prior_mode": prior.mode, "prior_sd": prior.sd, "deviation": prior.deviation}
     return {name: np.full(size, value) for name, value in values.items()}
 

@@ -1,4 +1,4 @@
-"""Loads a user's own learner, named as ``FILE.py:CLASS``."""
+"""Loads a user's learner, named as ``FILE.py:CLASS``."""
 
 import inspect
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ _OPTION = "--learner"
 
 
 def load_learner(word: str, known: Sequence[str] = ()) -> Learner:
-    """Runs a Python file and returns the learner of a class in it, named as FILE.py:CLASS.
+    """Loads a learner from a class in a Python file, which is run.
 
     Args:
         word: File and class.

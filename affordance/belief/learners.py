@@ -1,4 +1,4 @@
-"""Learners that the program has, by their names in files and on the command line."""
+"""Built-in learners, by their names in files and on the command line."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -16,7 +16,10 @@ ARM_LEARNER = KINDS_MAP
 
 
 def check_learner(name: str, value: Any) -> Learner:
-    """Returns a learner, looked up if its name is given; any other value raises a BadArgumentError."""
+    """Returns a learner, given as such or by its name.
+
+    Any other value raises a BadArgumentError.
+    """
     if isinstance(value, Learner):
         return value
     if isinstance(value, type) and issubclass(value, Learner):
@@ -29,5 +32,5 @@ def check_learner(name: str, value: Any) -> Learner:
 
 
 def list_learners(chosen: Learner) -> list[Learner]:
-    """Lists the learners that are compared: those of the program, and one that was chosen, by its own parameters."""
+    """Lists the built-in learners, and a chosen learner with its own parameters."""
     return [*{**LEARNERS, chosen.name: chosen}.values()]

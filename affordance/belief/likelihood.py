@@ -14,7 +14,9 @@ SEEN = 1e-12
 
 
 class Likelihood(NamedTuple):
-    """Log likelihood log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant of M densities rho.
+    """Quadratic log likelihood of M densities rho.
+
+    It is log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant.
 
     All arrays may have leading dimensions, for example one for observers.
     """
@@ -34,20 +36,23 @@ class Likelihood(NamedTuple):
         return Likelihood(P, q, log_constant, log_peak, self.num_values)
 
     def put(self, rows: NDArray[np.intp], other: "Likelihood") -> "Likelihood":
-        """Returns a copy in which some rows of the first dimension are replaced."""
+        """Returns a copy with some rows of the first dimension replaced."""
         P, q, log_constant, log_peak = (np.array(each) for each in self[:4])
         for array, new in zip((P, q, log_constant, log_peak), other[:4], strict=True):
             array[rows] = new
         return Likelihood(P, q, log_constant, log_peak, other.num_values)
 
     def select(self, columns: Sequence[int]) -> "Likelihood":
-        """Returns the likelihood of some densities, for data that do not depend on the others."""
+        """Selects densities, for data that do not depend on the others."""
         chosen = list(columns)
         P, q = self.precision[(..., *np.ix_(chosen, chosen))], self.information_vector[..., chosen]
         return self._replace(precision=P, information_vector=q)
 
     def embed(self, columns: "Sequence[int] | NDArray[np.intp]", size: int) -> "Likelihood":
-        """Returns the likelihood as one of ``size`` densities, where ``columns``, (..., M), are the present ones."""
+        """Extends the likelihood to ``size`` densities.
+
+        ``columns``, (..., M), are the indices of the present densities.
+        """
         S = (np.asarray(columns, dtype=np.intp)[..., None] == np.arange(size)).astype(float)
         St = np.swapaxes(S, -1, -2)
         information_vector = np.matvec(St, self.information_vector)
@@ -56,13 +61,13 @@ class Likelihood(NamedTuple):
 
 @dataclass(frozen=True)
 class Quadratic:
-    """Quadratic log likelihood, log L(pi) = -pi^T H pi / 2 + b^T pi + constant."""
+    """Quadratic log likelihood of parameters, -pi^T H pi / 2 + b^T pi + constant."""
 
     precision: Array  # H, shape (10, 10); may be singular
     information: Array  # b, shape (10,)
 
     def widen(self, covariance: Array) -> "Quadratic":
-        """Returns the quadratic after adding parameter errors with the given covariance, shape (10, 10)."""
+        """Returns the quadratic with additional parameter errors of covariance (10, 10)."""
         A = np.linalg.inv(np.eye(len(self.information)) + self.precision @ covariance)
         precision = A @ self.precision
         return Quadratic(0.5 * (precision + precision.T), A @ self.information)
@@ -79,21 +84,27 @@ class Quadratic:
         return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
 
     def change_frame(self, to_here: Array) -> "Quadratic":
-        """Returns the quadratic in another frame, whose parameters to_here, (10, 10), maps to the present ones."""
+        """Returns the quadratic in another frame.
+
+        The map ``to_here``, (10, 10), converts parameters of that frame to this one.
+        """
         precision = to_here.T @ self.precision @ to_here
         return Quadratic(0.5 * (precision + precision.T), to_here.T @ self.information)
 
     def find_load(self, pi: Array, covariance: Array) -> Array:
-        """Computes the most probable load, (10,), given a body, (10,), and the covariance of its error, (10, 10)."""
+        """Computes the most probable load, (10,), given a body and its covariance.
+
+        The body's parameters are (10,), the covariance of its error (10, 10).
+        """
         missing = self.information - self.precision @ pi
         load: Array = pi + covariance @ np.linalg.solve(np.eye(len(pi)) + self.precision @ covariance, missing)
         return load
 
     def evaluate(self, pi: Array) -> Array:
-        """Computes the log likelihood without its constant at N points, shape (N, 10); shape (N,)."""
+        """Computes the log likelihood at N points, (N, 10), without its constant; shape (N,)."""
         value: Array = pi @ self.information - 0.5 * np.einsum("ni,ij,nj->n", pi, self.precision, pi, optimize=True)
         return value
 
     def about(self, origin: Array) -> "Quadratic":
-        """Returns the quadratic as a function of pi - origin, origin of shape (10,)."""
+        """Returns the quadratic as a function of pi - origin, with an origin of shape (10,)."""
         return Quadratic(self.precision, self.information - self.precision @ origin)

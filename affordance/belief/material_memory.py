@@ -1,4 +1,4 @@
-"""Memory of one observer, such as an arm: known colours, things that were lifted, and a learner's state.
+"""Memory of one observer, such as an arm: known colours, lifted objects, and a learner's state.
 
 A material is identified by its colour, not by its name: a brass-coloured object recalls the density of earlier
 brass-coloured objects. A colour that was never seen before has the broad prior. A memory is immutable: learning
@@ -41,7 +41,10 @@ _CERTAIN_SD = 1e-3  # standard deviation of a known density, [kg/m^3]
 
 
 class Recollection(NamedTuple):
-    """Belief about a seen object before its lift, with a memory that includes all of its colours."""
+    """Belief about a seen object before its lift.
+
+    The memory includes all of the object's colours.
+    """
 
     memory: "MaterialMemory"
     densities: DensityBelief  # belief about its m densities, one for each colour
@@ -50,7 +53,7 @@ class Recollection(NamedTuple):
 
 
 class Lesson(NamedTuple):
-    """Result of learning from a trial: the new memory, and the belief about the object's own densities."""
+    """New memory after a trial, and the belief about the object's own densities."""
 
     memory: "MaterialMemory"
     densities: DensityBelief
@@ -59,7 +62,7 @@ class Lesson(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MaterialMemory:
-    """Memory of an observer; ``MaterialMemory()`` is empty and learns one density for each colour.
+    """Memory of an observer. ``MaterialMemory()`` is empty and learns one density per colour.
 
     Attributes:
         learner: Learner of the observer.
@@ -109,7 +112,7 @@ class MaterialMemory:
     def from_densities[M: MaterialLike](
         cls, densities: Mapping[M, float], materials: Mapping[str, Material] | None = None
     ) -> "MaterialMemory":
-        """Builds the memory of an observer that knows the densities of materials exactly.
+        """Builds the memory of an observer that knows material densities exactly.
 
         Args:
             densities: Density of each material, [kg/m^3]; a key is the name of a material, a Material, or a colour.
@@ -131,7 +134,7 @@ class MaterialMemory:
 
     @classmethod
     def from_belief(cls, colours: Sequence[Colour], belief: DensityBelief) -> "MaterialMemory":
-        """Builds a memory with one density for each colour, which starts from a belief about the mean densities.
+        """Builds a memory with one density per colour from a belief about mean densities.
 
         Args:
             colours: Colour of each density in the belief.
@@ -154,7 +157,7 @@ class MaterialMemory:
         return DensityBelief.from_normals(self.learner.believe(self.state)) if self.state else EMPTY_BELIEF
 
     def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
-        """Returns the belief about a material that was met: mean, standard deviation and percentiles, [kg/m^3].
+        """Returns the belief about the density of a known material, [kg/m^3].
 
         Args:
             material: Name of a material, a Material, or a colour.
@@ -173,7 +176,7 @@ class MaterialMemory:
         return summarise_density(self.belief, index)
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
-        """Returns the memory with each new colour added, with the prior as the belief about its density."""
+        """Adds new colours to the memory, each with the prior of its density."""
         new: list[Colour] = []
         for colour in colours:
             if find_colour_index([*self.colours, *new], colour) is None:
@@ -189,7 +192,9 @@ class MaterialMemory:
     def recognise(
         self, colour: Colour, colour_sd: float, prior: Prior, lightness_sd: float = 0.0
     ) -> "tuple[MaterialMemory, int]":
-        """Returns the memory with a measured colour, and the index of the known colour that represents it.
+        """Recognises a measured colour, and adds it to the memory if it is new.
+
+        Returns the memory, and the index of the known colour that represents the measured one.
 
         The measurement error has the standard deviation colour_sd in each direction of CIELAB (0 if exact), plus
         lightness_sd along the brightness, in units of L*. The prior is that of materials never met. The learner
@@ -206,7 +211,7 @@ class MaterialMemory:
         return self._meet(colour, probabilities, prior)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
-        """Returns the memory with only these known colours, in this order, and the objects without other colours."""
+        """Selects known colours, in this order, and the objects without other colours."""
         if tuple(colours) == self.colours:
             return self
         kept = [self.colours.index(colour) for colour in colours]
@@ -221,10 +226,12 @@ class MaterialMemory:
         )
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection:
-        """Recalls the belief about this object or, if it was never lifted, about new objects of its colours.
+        """Recalls the belief about an object before it is lifted.
 
-        A learner decides whether an object's own lifts count for it: the paper's, with one density for each colour,
-        expects the same of all objects of a colour. When it learns, it still knows which lifts were of one object.
+        A new object has the belief about objects of its colours.
+
+        The learner decides whether to use the object's own lifts. The paper's learner expects the same of all objects
+        of a colour. When it learns, it still knows which lifts were of the same object.
 
         The appearance is compared with that of every lifted object. The prior is that of materials never met.
         """
@@ -236,7 +243,10 @@ class MaterialMemory:
     def _look_at(
         self, appearance: Sequence[PartAppearance], prior: Prior
     ) -> "tuple[MaterialMemory, tuple[int, ...]]":
-        """Returns the memory with an object at hand, and the index of each part's density among the object's."""
+        """Puts an object at hand.
+
+        Returns the memory, and the index of each part's density among the object's densities.
+        """
         memory, columns, parts = self, list[int](), list[PartAppearance]()
         if not memory.colours:
             memory = memory.add_colours([part.colour for part in appearance if part.colour_sd == 0.0], prior)
@@ -258,7 +268,9 @@ class MaterialMemory:
         lifts: Iterable[tuple[Sequence[PartAppearance], Callable[[Seen, Sequence[int]], Felt]]],
         prior: Prior,
     ) -> "MaterialMemory":
-        """Learns from many trials as from one after the other, but computes the belief only at the end.
+        """Learns from many trials, and computes the belief only at the end.
+
+        The result equals learning from one trial after the other.
 
         The learner must have one density for each colour.
 
@@ -298,10 +310,10 @@ class MaterialMemory:
         return replace(memory, state=learner.infer(memory.state)[0]) if memory.state else memory
 
     def learn(self, felt: Felt, deviation: float) -> Lesson:
-        """Learns from a trial with the object recalled last.
+        """Learns from a trial with the object that was recalled last.
 
-        ``felt`` is what was felt of it, and ``deviation`` the SD of its densities about the materials' means, as a
-        fraction of these. Raises a ValueError if no object was recalled.
+        ``felt`` is the evidence of the trial, and ``deviation`` the SD of object densities about material means, as a
+        fraction of the means. Raises a ValueError if no object was recalled.
         """
         at_hand = self.at_hand
         if at_hand is None:
@@ -315,7 +327,7 @@ class MaterialMemory:
         return Lesson(memory, DensityBelief.from_normals(lesson.densities), lesson.likelihood.take(0))
 
     def set_prior(self, belief: DensityBelief) -> "MaterialMemory":
-        """Returns the memory with another belief about its M colours before any hold; all holds count as before.
+        """Replaces the initial belief about the M colours; all holds count as before.
 
         The learner must have one density for each colour.
         """
@@ -325,7 +337,7 @@ class MaterialMemory:
 
     @property
     def prior(self) -> DensityBelief:
-        """Belief about the M colours before any hold, of a learner with one density for each colour."""
+        """Initial belief about the M colours, for a learner with one density per colour."""
         return DensityBelief(self.state["precision"][0], self.state["information"][0])
 
     def group(self) -> Groups:
@@ -333,9 +345,11 @@ class MaterialMemory:
         return self.learner.group(self.state)
 
     def find_kind(self, appearance: Sequence[PartAppearance]) -> int:
-        """Returns the number of an object's kind among the kinds of its first part's colour; 1 is the oldest kind.
+        """Finds the number of an object's kind among kinds of its first part's colour.
 
-        It is 0 for an object that was never lifted, and for a learner without kinds.
+        The oldest kind is 1.
+
+        The number is 0 for an object that was never lifted, and for a learner without kinds.
         """
         number = next((i for i, each in enumerate(self.things) if is_same_object(each.appearance, appearance)), None)
         if number is None or (groups := self.group()).counts is None:
@@ -353,7 +367,10 @@ class MaterialMemory:
         return replace(self, colours=colours, state={**state, **describe_prior(prior, 1)})
 
     def _meet(self, colour: Colour, probabilities: Array, prior: Prior) -> "tuple[MaterialMemory, int]":
-        """Passes a colour to the learner, with the probabilities that it is each of those known, or a new one."""
+        """Passes a colour to the learner.
+
+        The probabilities are those of each known colour and of a new one.
+        """
         state, index = self.learner.meet({**self.state, **describe_prior(prior, 1)}, probabilities)
         if index < len(self.colours):
             return self, index

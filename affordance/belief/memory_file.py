@@ -1,4 +1,4 @@
-"""Memories of observers as JSON text, for handing them on between processes.
+"""Writes and reads memories of observers as JSON text, for exchange between processes.
 
 Python writes the shortest decimal that reads as the same number, so a memory is restored to the last bit. The text
 names its learner but contains no code: the reader must supply the learner.
@@ -23,7 +23,7 @@ _TYPES = ("bool", "int64", "float64")
 
 
 def format_memory(memory: MaterialMemory) -> str:
-    """Returns the JSON text of a memory, without an object that was recalled but not yet learned from."""
+    """Formats a memory as JSON text, without an object that is only recalled."""
     content = {
         "learner": memory.learner.name,
         "seed": memory.seed,

@@ -1,4 +1,6 @@
-"""Random points of a normal distribution restricted to positive values, x ~ N(mean, L L^T) given x > 0.
+"""Draws points of a normal distribution restricted to positive values.
+
+The points are x ~ N(mean, L L^T) given x > 0.
 
 Coordinates are drawn one after the other, each from its normal distribution given the previous ones, truncated at
 zero (Geweke, Hajivassiliou & Keane). With x = mean + L z, z_k must exceed a bound l_k that the previous coordinates
@@ -50,7 +52,7 @@ def compute_mean_excess(t: Array) -> Array:
 
 
 def compute_excess(t: Array, log_upper: Array) -> Array:
-    """Computes the value that e ~ N(t, 1) given e > 0 exceeds with probability exp(log_upper)."""
+    """Computes the excess e ~ N(t, 1), e > 0, with exceedance probability exp(log_upper)."""
     excess: Array = np.maximum(t - ndtri_exp(log_ndtr(t) + log_upper), 0.0)
     if (t < _FAR_TAIL).any():
         # Far below zero log P(> e) is nearly t e - e^2 / 2; this is solved for e, and one Newton step refines e.
@@ -105,7 +107,10 @@ def propose(proposal: TiltedProposal, uniforms: Array) -> tuple[Array, Array]:
 
 
 def _solve_saddle_point(a: Array, U: Array, t: Array) -> Array:
-    """Solves the equations of build_proposal from a first guess t; returns the hazards h, shape (M,)."""
+    """Solves the equations of build_proposal from a first guess t.
+
+    Returns the hazards h, shape (M,).
+    """
     for _ in range(_MAX_STEPS):
         h, e, residual = _compute_residual(a, U, t)
         slopes = -h * e  # dh/dt
@@ -120,13 +125,19 @@ def _solve_saddle_point(a: Array, U: Array, t: Array) -> Array:
 
 
 def _compute_residual(a: Array, U: Array, t: Array) -> tuple[Array, Array, Array]:
-    """Computes hazards, mean excesses, and the residual of the equations times U^-1, which balances its scales."""
+    """Computes hazards, mean excesses, and the residual of the equations.
+
+    The residual is multiplied by U^-1, which balances its scales.
+    """
     h, e = compute_hazard(t), compute_mean_excess(t)
     return h, e, np.linalg.solve(U, a - e) + U.T @ h
 
 
 def _draw(proposal: TiltedProposal, num_points: int, choose: Callable[[int, Array], Array]) -> tuple[Array, Array]:
-    """Chooses one coordinate after the other; returns excesses, shape (N, M), and log weights, shape (N,)."""
+    """Chooses coordinates one after the other.
+
+    Returns excesses, shape (N, M), and log weights, shape (N,).
+    """
     z, excesses = np.empty((2, num_points, len(proposal.mean)))
     log_weights = np.zeros(num_points)
     for k, (mean, row, tilt) in enumerate(zip(proposal.mean, proposal.root, proposal.tilt, strict=True)):
@@ -138,7 +149,10 @@ def _draw(proposal: TiltedProposal, num_points: int, choose: Callable[[int, Arra
 
 
 def _compute_log_weight(tilt: float, lower: Array) -> Array:
-    """Computes log Phi(t) + (t^2 - l^2) / 2 with one form for each sign of t, to avoid cancellation."""
+    """Computes log Phi(t) + (t^2 - l^2) / 2 without cancellation.
+
+    Each sign of t has its own form.
+    """
     t = tilt - lower
     below = np.log(0.5 * erfcx(-np.minimum(t, 0.0) / np.sqrt(2.0))) - 0.5 * lower**2
     above = log_ndtr(t) + 0.5 * tilt * (t - lower)
@@ -147,6 +161,9 @@ def _compute_log_weight(tilt: float, lower: Array) -> Array:
 
 
 def compute_hazard(t: Array) -> Array:
-    """Computes phi(t) / Phi(t); the scaled erfcx keeps its digits where numerator and denominator underflow."""
+    """Computes the hazard phi(t) / Phi(t).
+
+    The scaled erfcx keeps its digits where numerator and denominator underflow.
+    """
     hazard: Array = np.sqrt(2.0 / np.pi) / erfcx(-t / np.sqrt(2.0))
     return hazard

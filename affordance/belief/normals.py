@@ -53,17 +53,20 @@ class Normals:
         return Normals(self.mean[rows], self.covariance[rows])
 
     def select(self, columns: Sequence[int]) -> "Normals":
-        """Returns the distributions of some of the densities; the others are marginalised."""
+        """Selects some densities, and marginalises the others."""
         chosen = list(columns)
         return Normals(self.mean[:, chosen], self.covariance[:, *np.ix_(chosen, chosen)])
 
     def widen(self, sds: Array) -> "Normals":
-        """Returns the distributions after adding independent errors with SDs of shape (N, M) or (N, 1)."""
+        """Adds independent errors with SDs of shape (N, M) or (N, 1)."""
         covariance = self.covariance + np.eye(self.mean.shape[1]) * sds[:, None, :] ** 2
         return Normals(self.mean, covariance)
 
     def vary(self, deviation: Array) -> "Normals":
-        """Returns the distributions of objects' densities, mu (1 + delta) with delta ~ N(0, deviation^2), (N,)."""
+        """Returns the distributions of object densities, mu (1 + delta).
+
+        The deviation is delta ~ N(0, deviation^2), (N,).
+        """
         squares = self.mean**2 + np.diagonal(self.covariance, axis1=1, axis2=2)
         return self.widen(deviation[:, None] * np.sqrt(squares))
 
@@ -74,14 +77,17 @@ class Normals:
         )
 
     def compute_log_evidence(self, likelihood: Likelihood, posterior: "Normals") -> Array:
-        """Computes the log evidence of data in closed form, (N,); ``posterior`` must be conditioned on the data."""
+        """Computes the log evidence of data in closed form, (N,).
+
+        ``posterior`` must be conditioned on the data.
+        """
         gained = _multiply(posterior) - _multiply(self)
         log_volume = _compute_log_det(posterior.covariance) - _compute_log_det(self.covariance)
         log_evidence: Array = likelihood.log_constant + 0.5 * gained + 0.5 * log_volume
         return log_evidence
 
     def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> Array:
-        """Computes the probability of data with no more evidence than these have, (N,).
+        """Computes p-values, (N,): the probabilities of data with no more evidence.
 
         The log evidence is a constant minus half of a chi-squared variable with one degree of freedom for each
         measured value. If variances of the errors were estimated, with ``dof`` degrees of freedom, the chi-squared
@@ -103,7 +109,7 @@ class Normals:
 
 
 def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
-    """Computes the most probable point whose coordinates are all at least ``floor``, shape (M,)."""
+    """Computes the mode under a lower bound ``floor`` for each coordinate, (M,)."""
     if (mean >= floor).all():
         return mean.copy()
     # (x - mean)^T precision (x - mean) = |L^T (x - mean)|^2: non-negative least squares in x - floor.

@@ -1,4 +1,4 @@
-"""Belief about the object at hand: its densities and geometry, with the memory of all materials."""
+"""Belief about the object at hand: its densities and geometry, and the memory of materials."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ from affordance.objects.inertia import Geometry
 
 @dataclass(frozen=True)
 class ObjectBelief:
-    """Belief about the object at hand: the memory of all materials, the object's densities, and its geometry.
+    """Belief about the object at hand: its densities and geometry, and the memory of materials.
 
     Densities are in the order of Phi's columns; ``colours`` are the indices of their colours in the memory.
     """
@@ -28,11 +28,17 @@ class ObjectBelief:
         return [self.memory.colours[colour] for colour in self.colours]
 
     def compute_parameters(self, rho: Array) -> Array:
-        """Computes the inertial parameters pi = Phi rho, shape (10,), or (N, 10) for rho of shape (N, M)."""
+        """Computes the inertial parameters pi = Phi rho, shape (10,).
+
+        For rho of shape (N, M) the result is (N, 10).
+        """
         return rho @ self.geometry.Phi.T
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
-        """Draws pi from its predictive distribution, including errors of geometry, shape (num_samples, 10)."""
+        """Draws parameters pi from the predictive distribution, (num_samples, 10).
+
+        They include errors of geometry.
+        """
         rho = self.densities.draw_samples(rng, num_samples)
         errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))
         return self.geometry.compute_parameters(rho, errors)

@@ -1,4 +1,4 @@
-"""Learner with one density for each colour (paper): Bayes' rule on the mean density of each material.
+"""Learner with one mean density per material, updated by Bayes' rule (paper).
 
 Torques depend on an object's own densities, which deviate from the means of its materials. An object has the same
 deviation in all its lifts. The state keeps every hold, and the posterior is that of all of them (``exact``).
@@ -22,9 +22,9 @@ from affordance.belief.rows import make_room, pad
 class OneDensity(Learner):
     """Learner with one density for each colour.
 
-    Its state holds the prior of the mean densities of M colours as precision, (B, M, M), and information vector, (B,
-    M), every hold (``holds``), the colours of T things, (B, T, C), with a mask of those that a thing has, and the
-    belief about the mean densities that follows from these, (B, M) and (B, M, M).
+    The state contains the prior of the mean densities of M colours: precision, (B, M, M), and information vector, (B,
+    M). It also contains every hold (``holds``), the colours of T things, (B, T, C), with a mask of valid entries, and
+    the resulting belief about the mean densities, (B, M) and (B, M, M).
     """
 
     @property
@@ -54,7 +54,7 @@ class OneDensity(Learner):
         return self.set_prior({**state, **things}, precision, information)
 
     def set_prior(self, state: State, precision: Array, information: Array) -> State:
-        """Returns the state with another prior of the mean densities, (B, M, M) and (B, M), and the belief for it."""
+        """Replaces the prior of the mean densities, (B, M, M) and (B, M), and updates the belief."""
         return self.infer({**state, "precision": precision, "information": information})[0]
 
     @override
@@ -67,31 +67,37 @@ class OneDensity(Learner):
 
     @override
     def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
-        """Computes the posterior given all holds; the cost grows with the number of different holds."""
+        """Computes the posterior given all holds.
+
+        The cost grows with the number of different holds.
+        """
         likelihood = felt.find_likelihood(self.expect(state, seen))
         state, posterior = self.infer(self.add(state, seen, felt), seen)
         assert posterior.own is not None
         return Lesson(state, posterior.own.select(range(len(seen.colours))), likelihood)
 
     def add(self, state: State, seen: Seen, felt: Felt) -> State:
-        """Returns the state with one more hold, before the belief is computed anew."""
+        """Adds a hold to the state without updating the belief."""
         return add_hold(_know(state, seen), seen, felt)
 
     def add_many(self, state: State, lifts: Sequence[tuple[Seen, Felt]]) -> State:
-        """Returns the state of a single observer with many more holds, before the belief is computed anew."""
+        """Adds many holds to the state of a single observer without updating the belief."""
         numbers = [int(seen.things[0]) for seen, _ in lifts]
         for seen, _ in dict(zip(numbers, lifts, strict=True)).values():
             state = _know(state, seen)
         return add_holds(state, numbers, [felt for _, felt in lifts])
 
     def leave_out(self, state: State, things: Sequence[int]) -> State:
-        """Returns the state as if some things had never been held, before the belief is computed anew."""
+        """Removes objects and their holds from the state without updating the belief."""
         kept = [thing for thing in range(state["thing_kind"].shape[1]) if thing not in things]
         of_things = {name: state[name][:, kept] for name in ("thing_kind", "has_colour")}
         return {**forget_things(state, kept), **of_things}
 
     def infer(self, state: State, seen: Seen | None = None) -> tuple[State, Posterior]:
-        """Computes the belief from all holds; returns the state with it, and the posterior with the seen thing's."""
+        """Computes the belief from all holds.
+
+        Returns the state with this belief, and the posterior with the seen object's densities.
+        """
         prior = Normals.from_information(state["precision"], state["information"])
         of_things = state["thing_kind"], state["has_colour"], state["deviation"]
         wanted = None if seen is None else seen.things
@@ -126,7 +132,10 @@ class OneDensity(Learner):
 
     @override
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-        """Selects colours and things; what things of other colours have told of these colours becomes prior."""
+        """Selects colours and objects.
+
+        Evidence about these colours from objects of other colours becomes part of the prior.
+        """
         kept, believed = list(things), self.believe(state).select(colours)
         prior = Normals.from_information(state["precision"], state["information"]).select(colours)
         numbers = np.zeros(max([*colours, -1]) + 1, dtype=np.intp)
@@ -145,7 +154,7 @@ class OneDensity(Learner):
 
 
 def _know(state: State, seen: Seen) -> State:
-    """Returns the state with the colours of a thing."""
+    """Adds the colours of an object to the state."""
     state = make_room(state, ("thing_kind", "has_colour"), seen)
     there = np.arange(len(seen.things)), seen.things
     for name, value in (("thing_kind", seen.colours), ("has_colour", True)):

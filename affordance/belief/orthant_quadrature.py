@@ -1,4 +1,6 @@
-"""Nested quadrature of a normal distribution over positive values, affordable for a few coordinates.
+"""Integrates a normal distribution over positive values by nested quadrature.
+
+The cost is acceptable for a few coordinates.
 
 P(x > 0) is the integral, over the first coordinate, of its density times the probability that all others are positive
 given its value. That probability is again such an integral. Each is evaluated in logs and on its own window, so that
@@ -45,7 +47,7 @@ def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Ar
 
 
 def _compute_log_masses(means: Array, root: Array, num_nodes: int = _NUM_NODES) -> Array:
-    """Computes log P(x > 0), shape (N,), for means of shape (N, M) and one covariance L L^T."""
+    """Computes log P(x > 0), shape (N,), for N means, (N, M), and one covariance L L^T."""
     if means.shape[1] == 1:
         log_mass: Array = log_ndtr(means[:, 0] / root[0, 0])
         return log_mass
@@ -63,8 +65,9 @@ def _compute_log_masses(means: Array, root: Array, num_nodes: int = _NUM_NODES) 
 def _place_nodes(means: Array, root: Array, num_nodes: int) -> tuple[Array, Array]:
     """Places nodes along the first coordinate.
 
-    Log densities are concave: one that bends within a short distance also falls off within a few such distances.
-    Narrow features of an integrand are therefore at the ends of its window, where the rule has most of its nodes.
+    Log densities are concave. A density that bends within a short distance also falls off within a few such
+    distances. Narrow features of an integrand are therefore at the ends of its window, where the rule has most of its
+    nodes.
 
     Returns:
         Nodes, and the log of each node's share of P(x > 0), (N, K) each.
@@ -111,7 +114,10 @@ def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
 
 
 def _compute_log_marginal(nodes: Array, means: Array, root: Array) -> Array:
-    """Computes the log of the first coordinate's density times P(all others > 0 | it), shape (N, K)."""
+    """Computes the log integrand of the first coordinate, shape (N, K).
+
+    This is its density times P(all others > 0 | it).
+    """
     z = (nodes - means[:, :1]) / root[0, 0]
     conditional_means = means[:, None, 1:] + z[..., None] * root[1:, 0]  # (N, K, M - 1)
     log_others = _compute_log_masses(conditional_means.reshape(-1, len(root) - 1), root[1:, 1:]).reshape(z.shape)
@@ -121,7 +127,10 @@ def _compute_log_marginal(nodes: Array, means: Array, root: Array) -> Array:
 
 @cache
 def _build_rule(num_nodes: int) -> tuple[Array, Array]:
-    """Builds the double-exponential rule (Takahasi & Mori 1974) on (0, 1): positions and weights, (K,) each."""
+    """Builds the double-exponential rule on (0, 1) (Takahasi & Mori 1974).
+
+    Returns positions and weights, (K,) each.
+    """
     # Beyond |t| = 3.2 the weights are below rounding error.
     t, step = np.linspace(-3.2, 3.2, num_nodes, retstep=True)
     positions = 1.0 / (1.0 + np.exp(-np.pi * np.sinh(t)))

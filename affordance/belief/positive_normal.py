@@ -1,4 +1,4 @@
-"""The normal distribution that has given moments when it is restricted to positive values."""
+"""Finds a normal distribution from its moments after restriction to positive values."""
 
 import numpy as np
 
@@ -19,10 +19,10 @@ def _compute_moments(mean: Array) -> tuple[Array, Array]:
 
 
 def find_untruncated(mean: Array, sd: Array) -> tuple[Array, Array]:
-    """Finds mean and SD of the normal distribution that has these ones when restricted to positive values.
+    """Finds the normal distribution with a given mean and SD after restriction.
 
-    Their ratio determines the unrestricted ratio, which is found by bisection. A ratio of one or less, which no such
-    distribution has, is replaced by the least one; the mean is kept.
+    Their ratio determines the unrestricted ratio, which is found by bisection. No such distribution has a ratio of
+    one or less. Such a ratio is replaced by the least possible one, and the mean is kept.
     """
     center, scale = mean.copy(), sd.copy()
     cut = mean < _UNRESTRICTED * sd

@@ -1,4 +1,4 @@
-"""Functions for states, which are arrays whose rows are observers: selecting and replacing rows, adding things."""
+"""Operations on states, which are arrays with one row per observer."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -10,7 +10,10 @@ type State = dict[str, NDArray[Any]]
 
 
 class Seen(NamedTuple):
-    """Object that is seen, with the same m colours for all observers, and its number for each of them."""
+    """Seen object with m colours, and its number for each observer.
+
+    The colours are the same for all observers.
+    """
 
     colours: tuple[int, ...]  # indices of its m colours
     things: NDArray[np.intp]  # number of the thing for each observer, from 0, (B,); it may never have been lifted
@@ -22,7 +25,10 @@ def take_rows(state: State, rows: NDArray[np.intp]) -> State:
 
 
 def put_rows(state: State, rows: NDArray[np.intp], part: State) -> State:
-    """Returns the state with some rows replaced; arrays are padded with zeros if the new rows are longer."""
+    """Replaces rows of a state.
+
+    If the new rows are longer, arrays are padded with zeros.
+    """
     merged = {}
     for name, new in part.items():
         shape = np.maximum(state[name].shape[1:], new.shape[1:])
@@ -33,7 +39,7 @@ def put_rows(state: State, rows: NDArray[np.intp], part: State) -> State:
 
 
 def pad(array: NDArray[Any], shape: Sequence[int] | NDArray[np.intp]) -> NDArray[Any]:
-    """Pads each row of an array with zeros up to a shape, along dimensions where it is smaller."""
+    """Pads each row with zeros up to a shape, where it is smaller."""
     size = tuple(max(int(wanted), there) for wanted, there in zip(shape, array.shape[1:], strict=True))
     if size == array.shape[1:]:
         return array
@@ -43,6 +49,6 @@ def pad(array: NDArray[Any], shape: Sequence[int] | NDArray[np.intp]) -> NDArray
 
 
 def make_room(state: State, names: Sequence[str], seen: Seen) -> State:
-    """Returns the state with room for a thing and its colours in arrays of things, (B, T, C) or (B, T, C, C)."""
+    """Makes room for an object and its colours in arrays, (B, T, C) or (B, T, C, C)."""
     room = (int(seen.things.max()) + 1, len(seen.colours), len(seen.colours))
     return {**state, **{name: pad(state[name], room[: state[name].ndim - 1]) for name in names}}

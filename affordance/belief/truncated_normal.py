@@ -1,4 +1,4 @@
-"""Multivariate normal distribution restricted to the positive orthant: x ~ N(mean, covariance) given x > 0.
+"""Multivariate normal distribution restricted to positive values, x ~ N(mean, covariance) given x > 0.
 
 Arguments are the mean, (M,), and the covariance, (M, M), of the unrestricted distribution, or its inverse. Densities
 are positive, so every mode, mean, percentile, sample and evidence of a belief refers to this distribution.
@@ -47,7 +47,7 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
 
 
 def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Array:
-    """Computes percentiles of each coordinate's marginal, shape (P, M), for P fractions in (0, 1).
+    """Computes percentiles of each coordinate's marginal, (P, M), for P fractions in (0, 1).
 
     The error is 1e-6 of the marginal's SD, and up to 5e-6 for correlations near one. With four or more correlated
     coordinates it is at most a few 1e-4 of the SD between the quartiles, and up to 3e-3 in the outermost hundredths.
@@ -118,7 +118,10 @@ def draw_samples(
 
 
 def _split(mean: Array, covariance: Array) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
-    """Yields each set of coordinates that are correlated, directly or through others: indices, mean, covariance."""
+    """Splits coordinates into sets that are correlated, directly or through others.
+
+    Yields indices, mean and covariance of each set.
+    """
     sds = np.sqrt(np.diag(covariance))
     related = np.abs(covariance) > _UNRELATED * np.outer(sds, sds)
     reachable = np.linalg.matrix_power(related, len(related))
@@ -135,7 +138,10 @@ def _spread(num_coordinates: int, num_points: int, rng: np.random.Generator) -> 
 
 
 def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
-    """Draws evenly spread proposals, (N, M); returns them, their weights over the largest, (N,), and its log."""
+    """Draws evenly spread proposals, (N, M), with weights.
+
+    Returns the points, their weights relative to the largest, (N,), and its log.
+    """
     proposal = build_proposal(mean, covariance)
     # The seed is fixed, so that equal arguments give equal results.
     uniforms = 1.0 - scipy.stats.qmc.Sobol(len(mean), rng=np.random.default_rng(0)).random_base2(_LOG2_POINTS)
@@ -144,7 +150,7 @@ def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
 
 
 def _condition_points(mean: Array, covariance: Array) -> tuple[Array, Array, Array]:
-    """Computes, for weighted points, the distribution of each coordinate given the point's other coordinates.
+    """Computes the distribution of each coordinate given a weighted point's other coordinates.
 
     These are truncated normal distributions. Averaged over the points they give the marginals, which are far smoother
     than the points themselves.

@@ -1,9 +1,9 @@
-"""Rules of choice between objects and grips.
+"""Ranks objects and grips by the cost of a task.
 
 The paper's rule draws one density from the belief and takes the option that is cheapest for it. Bayes' rule takes the
 option of least expected work. Effort is also compared by its expectation. Peaks (the fraction of a torque limit, and
-the wrench at the grip) are compared by their 95 % quantile under the belief, because it is the rare heavy tool that
-slips or overloads a joint.
+the wrench at the grip) are compared by their 95 % quantile under the belief, because rare heavy tools slip or
+overload a joint.
 """
 
 from collections.abc import Sequence
@@ -84,7 +84,7 @@ class RankedOption(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """Options in order of expected cost.
+    """Options in order of expected cost, with the unusable options last.
 
     Attributes:
         ranked: Usable options in order of cost, exact ties in random order; then the unusable ones, which are never
@@ -131,7 +131,7 @@ class Ranking(NamedTuple):
 
     @property
     def best(self) -> RankedOption:
-        """Option that Bayes' rule chooses.
+        """Option that Bayes' rule chooses, with the least expected cost.
 
         Raises:
             AffordanceError: No option is usable.
@@ -143,7 +143,7 @@ class Ranking(NamedTuple):
 
     @property
     def ties(self) -> tuple[RankedOption, ...]:
-        """Usable options that cost the same as the best one, to ``SAME`` of its cost."""
+        """Usable options whose cost equals the best option's, within ``SAME`` of it."""
         usable = self.ranked[1 : self.num_usable]
         return tuple(each for each in usable if each.cost <= self.best.cost * (1.0 + SAME))
 
@@ -164,9 +164,9 @@ def rank(
     """Ranks objects and grips by the expected cost of a task with them.
 
     Args:
-        options: Options to choose from, at least one; objects or grips, or both, differ.
+        options: Options to choose from, at least one; they differ in object, grip, or both.
         task: Task, such as Reach.
-        belief: Belief about materials; those never met get the prior of the settings.
+        belief: Belief about materials. Unknown materials have the prior of the settings.
         settings: Settings of arm, prior and controller.
         robot: Robot whose arm does the task; None for the arm of the settings.
         num_samples: Number of densities drawn from the belief.
@@ -279,9 +279,9 @@ def rank_draws(
 
 
 def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) -> Reasons | None:
-    """Finds the reasons for a ranking's choice; None if no other option is usable.
+    """Explains why the best option was chosen. Returns None if no other option is usable.
 
-    Options in the result are indices of ``ranked``. ``draws`` and ``options`` are those from which it was computed.
+    The ranking must come from ``draws`` and ``options``. In the result, options are indices of ``ranked``.
     """
     usable = ranking.ranked[: ranking.num_usable]
     if len(usable) < 2:

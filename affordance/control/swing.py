@@ -1,4 +1,4 @@
-"""Swing of a blow, from rest to a strike with a given velocity, with minimum angular acceleration.
+"""Plans the swing of a blow, from rest to a strike, with minimum angular acceleration.
 
 Among all motions of duration D from rest at q_0 to angles q_1 with rates v_1, a cubic in time minimises the integral
 of |vdot|^2. The minimum is
@@ -52,7 +52,7 @@ ALONG = 0.5
 
 
 class Swing(NamedTuple):
-    """Swing from rest, a cubic in time."""
+    """Cubic joint motion from rest to a strike."""
 
     q_start: Array  # joint angles at the beginning, shape (num_joints,), [rad]
     q_end: Array  # joint angles at the strike, shape (num_joints,), [rad]
@@ -60,7 +60,10 @@ class Swing(NamedTuple):
     duration: float  # time from rest to the strike, [s]
 
     def evaluate(self, times: Array) -> tuple[Array, Array, Array]:
-        """Computes angles, rates and accelerations at N times, (N, num_joints) each, also outside the swing."""
+        """Computes angles, rates and accelerations at N times, (N, num_joints) each.
+
+        Times outside the swing are allowed.
+        """
         D = self.duration
         u = np.asarray(times)[:, None] / D
         d = self.q_end - self.q_start
@@ -70,7 +73,7 @@ class Swing(NamedTuple):
 
 
 class Target(NamedTuple):
-    """Target of a blow, with the striking point S on the tool's surface."""
+    """Target of a blow, and the point S of the tool that strikes it."""
 
     q_start: Array  # joint angles at the start of the swing, shape (num_joints,), [rad]
     p_TS: Array  # position of S in the tool, shape (3,), [m]
@@ -81,14 +84,17 @@ class Target(NamedTuple):
 
 
 class StrikeCondition:
-    """Conditions that angles and velocities at a strike, stacked as z = (q_1, v_1), must satisfy.
+    """Constraints on angles and velocities at a strike, z = (q_1, v_1).
 
     A face that is square to the blow might point away from the target, so that the tool would have to pass through
     it. If the face does not point along the blow at the start, the cosine between them is therefore bounded too.
     """
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
-        """Stores the arm model, whose state every use changes, the target, and the tip speed, [m/s]."""
+        """Stores arm model, target and tip speed, [m/s].
+
+        Every use changes the state of the model.
+        """
         self._model = model
         self._target = target
         self._velocity_W = speed * target.direction_W
@@ -99,9 +105,9 @@ class StrikeCondition:
         self.upper: Array = np.array([0.0] * 8 + turned)
 
     def compute(self, z: Array) -> Array:
-        """Computes the errors of position, velocity and squareness, and perhaps the cosine, (8,) or (9,).
+        """Computes errors of position, velocity and squareness, (8,) or (9,).
 
-        z are the angles and rates at the strike, (2 num_joints,).
+        The ninth value is the cosine, if it is bounded. Angles and rates at the strike are z, (2 num_joints,).
         """
         model, target, n = self._model, self._target, len(z) // 2
         model.set_posture(z[:n])
@@ -112,7 +118,7 @@ class StrikeCondition:
         return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, facing])[: len(self.lower)]
 
     def _compute_normal(self) -> Array:
-        """Computes the normal of the face in W for the model's state, (3,)."""
+        """Computes the normal of the striking face in W, (3,)."""
         normal_W: Array = self._model.compute_hand_pose().rotation().matrix() @ self._target.normal_T
         return normal_W
 
@@ -142,7 +148,7 @@ class StrikeCondition:
         return with_gradient
 
     def is_met(self, z: Array) -> bool:
-        """Returns True if the errors are within the tolerance and the face points along the blow."""
+        """Returns True if the strike is within tolerances and faces the target."""
         is_near = bool(np.abs(self.compute(z)[:8]).max() <= _MAX_MISS)
         return is_near and bool(self._target.direction_W @ self._compute_normal() > 0.0)
 
@@ -150,7 +156,9 @@ class StrikeCondition:
 def find_target(
     model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
 ) -> Target:
-    """Finds the striking point of a tool and its target; leaves the model at rest in the start posture.
+    """Finds the striking point of a tool and its target.
+
+    The model is left at rest in the start posture.
 
     The striking point is the centre of the striking face furthest ahead in the hand's frame. A tool without a
     striking face strikes with the point of its free part that is furthest along the blow in the start posture.
@@ -183,7 +191,7 @@ def find_target(
 def plan_swing(
     model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
 ) -> Swing:
-    """Plans a swing from rest; changes the model's state.
+    """Plans a swing from rest to a strike. This changes the model's state.
 
     Args:
         model: Model of the arm.
@@ -227,21 +235,24 @@ def plan_swing(
 
 
 class _Bounds(NamedTuple):
-    """Bounds of angles and velocities over a swing, linear in z = (q_1, v_1): lower <= matrix z <= upper."""
+    """Linear bounds on a swing's angles and velocities.
+
+    They are lower <= matrix z <= upper, with z = (q_1, v_1).
+    """
 
     matrix: Array
     lower: Array
     upper: Array
 
     def find_within(self, z: Array, margin: float) -> NDArray[np.bool_]:
-        """Returns for each joint whether it is within its bounds by at least a margin, (num_joints,)."""
+        """Returns True for each joint within its bounds by a margin, (num_joints,)."""
         value = self.matrix @ z
         within = (value - self.lower >= margin) & (self.upper - value >= margin)
         return within.reshape(-1, len(z) // 2).all(axis=0)
 
 
 def _bound_motion(q_start: Array, duration: float, limits: JointLimits) -> _Bounds:
-    """Builds bounds on angles and velocities at the checked times, and on the angles after coasting to rest."""
+    """Builds bounds on angles and velocities during a swing and after coasting to rest."""
     u, D, each = _CHECKED[:, None], duration, np.eye(len(q_start))
     of_q, of_v = [3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], [6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u]
     of_start = [1.0 - 3.0 * u**2 + 2.0 * u**3, 6.0 * (u**2 - u) / D, np.zeros((1, 1))]
@@ -256,14 +267,17 @@ def _bound_motion(q_start: Array, duration: float, limits: JointLimits) -> _Boun
 
 
 def _solve(program: MathematicalProgram, z: Array, condition: StrikeCondition) -> Array | None:
-    """Solves for (q_1, v_1); None if the search fails or its result is not a strike."""
+    """Solves for the strike (q_1, v_1). Returns None if the search fails."""
     result = SnoptSolver().Solve(program)
     found: Array = result.GetSolution(z)
     return found if result.is_success() and condition.is_met(found) else None
 
 
 def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:
-    """Computes an initial guess, (2 num_joints,): the start angles, and the least rates that give S its velocity."""
+    """Guesses angles and velocities at the strike, (2 num_joints,).
+
+    The guess has the start angles and the least rates that give S its velocity.
+    """
     model.set_posture(target.q_start)
     J = model.compute_point_jacobian(target.p_TS)
     return np.concatenate([target.q_start, np.linalg.pinv(J) @ (speed * target.direction_W)])

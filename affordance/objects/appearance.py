@@ -1,4 +1,6 @@
-"""Appearance by which an object is recognised: colour, sizes and position of each of its parts.
+"""Appearance of an object: colour, sizes and position of each part.
+
+Objects are recognised by it.
 
 Memory cannot distinguish objects of equal appearance, so a decoy that looks like another object is remembered as that
 object.
@@ -33,10 +35,11 @@ type Appearance = tuple[PartAppearance, ...]
 
 
 def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance]) -> bool:
-    """Returns True if two appearances can be of one object: equally many parts that match one to one.
+    """Returns True if two appearances can belong to the same object.
 
-    Parts match if their colours are the same, and their sizes and positions differ by no more than measurement error
-    and what the eye can distinguish. This takes n^2 comparisons for n parts.
+    They need equally many parts that match one to one. Parts match if their colours are the same, and their sizes and
+    positions differ by no more than measurement error and what the eye can distinguish. This takes n^2 comparisons
+    for n parts.
     """
     if len(one) != len(other):
         return False
@@ -51,7 +54,10 @@ def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance
 
 
 def _is_same_part(one: PartAppearance, other: PartAppearance, extent: float) -> bool:
-    """Returns True if two parts match; the position tolerance scales with ``extent``, the object's length, [m]."""
+    """Returns True if two parts match.
+
+    The position tolerance scales with ``extent``, the object's length, [m].
+    """
     if len(one.sizes) != len(other.sizes):
         return False
     # A memory compares each object with all others: plain numbers are several times as fast as short arrays.

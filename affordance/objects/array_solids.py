@@ -1,4 +1,4 @@
-"""Solids given by arrays: bounded by triangles, or composed of thin upright columns between two surfaces.
+"""Solids given by arrays: triangle meshes and sets of thin upright columns.
 
 A tetrahedron from Eo to the corners p1, p2, p3 of a face, counter-clockwise seen from outside, has the signed
 volume d = p1 . (p2 x p3) / 6, and with s = p1 + p2 + p3
@@ -64,7 +64,7 @@ class ArraySolid(Shape):
         return self if np.array_equal(sizes, self.sizes) else self._stretch(sizes / self.sizes)
 
     def centre(self) -> tuple[Self, Array]:
-        """Returns the solid with Eo moved to its centroid, and the centroid's former position, (3,), [m]."""
+        """Returns the solid with Eo at its centroid, and the old centroid, (3,), [m]."""
         J = self._unit_pseudo_inertia
         centroid = J[:3, 3] / J[3, 3]
         return self._move(-centroid), centroid
@@ -86,7 +86,10 @@ class TriangleMesh(ArraySolid):
     faces: Faces
 
     def __post_init__(self) -> None:
-        """Stores read-only copies; invalid arrays, an open surface, or no positive volume raise a ValueError."""
+        """Stores read-only copies.
+
+        Invalid arrays, an open surface, or no positive volume raise a ValueError.
+        """
         vertices, faces = np.array(self.vertices, dtype=float), np.array(self.faces, dtype=np.intp)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
             shapes = f"vertices are {vertices.shape} and faces {faces.shape}"
@@ -125,7 +128,7 @@ class TriangleMesh(ArraySolid):
 
     @cached_property
     def _hull_corners(self) -> Array:
-        """Unique vertices that faces use, (n, 3), [m]."""
+        """Vertices that faces use, without duplicates, (n, 3), [m]."""
         return np.unique(self.vertices[np.unique(self.faces)], axis=0)
 
     @cached_property
@@ -135,7 +138,7 @@ class TriangleMesh(ArraySolid):
 
 @dataclass(frozen=True, eq=False)
 class ColumnSolid(ArraySolid):
-    """Solid composed of N columns along Ez with square cross-sections, given by read-only arrays.
+    """Solid composed of N square columns along Ez, given by read-only arrays.
 
     ``places`` are the x and y of the columns' axes, (N, 2), [m], ``areas`` their cross-sections, (N,), [m^2], and
     ``ends`` the least and largest z of each, (N, 2), [m].
@@ -146,7 +149,10 @@ class ColumnSolid(ArraySolid):
     ends: Array
 
     def __post_init__(self) -> None:
-        """Stores read-only copies; inconsistent shapes, or columns without volume, raise a ValueError."""
+        """Stores read-only copies.
+
+        Inconsistent shapes, or columns without volume, raise a ValueError.
+        """
         arrays = {name: np.array(getattr(self, name), dtype=float) for name in ("places", "areas", "ends")}
         store_read_only(self, **arrays)
         count = len(self.areas)
@@ -194,7 +200,7 @@ class ColumnSolid(ArraySolid):
 
 
 def integrate_faces(vertices: Array, faces: Faces) -> Array:
-    """Integrates the pseudo-inertia at 1 kg/m^3, about the origin, of the volume within closed surfaces, (4, 4).
+    """Integrates the pseudo-inertia of a closed volume at 1 kg/m^3 about the origin, (4, 4).
 
     Faces, (m, 3), are indices of vertices, (n, 3), [m]; surfaces that are wound inwards have negative volume.
     """
@@ -213,7 +219,10 @@ def integrate_faces(vertices: Array, faces: Faces) -> Array:
 
 
 def find_open_edges(faces: Faces) -> NDArray[np.intp]:
-    """Finds edges that faces, (m, 3), do not traverse equally often in both directions, as vertex pairs, (k, 2)."""
+    """Finds edges that are not traversed equally often in both directions.
+
+    Faces are (m, 3); the edges are vertex pairs, (k, 2).
+    """
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     proper = start != end
     start, end = start[proper], end[proper]

@@ -44,7 +44,9 @@ def convert_to_lab(colours: NDArray[np.floating]) -> Array:
 
 
 def compute_tints(colours: NDArray[np.floating]) -> Array:
-    """Computes shading-invariant coordinates of colours, (..., 3): a* and b* at full brightness, (..., 2).
+    """Computes shading-invariant coordinates, (..., 2), of colours, (..., 3).
+
+    They are a* and b* at full brightness.
 
     At full brightness the largest channel is just saturated.
     """
@@ -58,12 +60,12 @@ SAME_COLOUR = 5.5 / 255
 
 
 def is_same_colour(one: Colour, other: Colour) -> bool:
-    """Returns True if two colours count as the same."""
+    """Returns True if two colours are indistinguishable."""
     return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= SAME_COLOUR
 
 
 def find_nearest_colour(colour: Colour, colours: Mapping[str, Colour]) -> str:
-    """Finds the name of the colour that looks most similar to a given one; there must be at least one candidate."""
+    """Finds the name of the most similar of at least one colour."""
     lab = convert_to_lab(np.array(colour))
     return min(colours, key=lambda name: float(np.linalg.norm(convert_to_lab(np.array(colours[name])) - lab)))
 

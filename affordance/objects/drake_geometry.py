@@ -19,7 +19,10 @@ from affordance.objects.primitives import Box, Capsule, Cylinder
 
 
 def make_drawn_shape(shape: Shape) -> Any:
-    """Builds the Drake shape that draws a solid, in its frame E; unknown solids raise a NotImplementedError."""
+    """Builds the Drake shape that draws a solid, in its frame E.
+
+    An unknown solid raises a NotImplementedError.
+    """
     shape = find_visible(shape)
     match shape:
         case Ellipsoid():
@@ -37,13 +40,18 @@ def make_drawn_shape(shape: Shape) -> Any:
 
 @functools.lru_cache(maxsize=128)
 def draw_mesh(mesh: TriangleMesh) -> geometry.Mesh:
-    """Builds the Drake shape that draws a mesh; its file is written once per mesh."""
+    """Builds the Drake shape that draws a mesh.
+
+    Its file is written once per mesh.
+    """
     text = write_obj(mesh.vertices, mesh.faces)
     return geometry.Mesh(geometry.InMemoryMesh(mesh_file=MemoryFile(text.encode(), ".obj", "part")))
 
 
 def write_obj(vertices: Array, faces: NDArray[np.intp], digits: int = 9) -> str:
-    """Formats triangles, (M, 3), of vertices, (N, 3), [m], as OBJ text with a number of significant digits.
+    """Formats triangles, (M, 3), of vertices, (N, 3), [m], as OBJ text.
+
+    Numbers have the given number of significant digits.
 
     Each triangle has a normal, which Drake's renderer requires; degenerate triangles are omitted.
     """

@@ -31,7 +31,10 @@ DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
 
 @runtime_checkable
 class Shape(Protocol):
-    """Hashable solid with a known inertia at unit density; only drawing code needs to know its type."""
+    """Hashable solid whose inertia at unit density is known.
+
+    Only drawing code depends on its type.
+    """
 
     def __hash__(self) -> int:
         return hash((type(self), self.sizes.tobytes()))
@@ -54,7 +57,9 @@ class Shape(Protocol):
         """Finds the point of the solid that is farthest along a direction, from Eo in E, shape (3,), [m]."""
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Computes the radius, [m], of the sphere with the support point's Gaussian curvature; infinite if flat.
+        """Computes the curvature radius at the support point, [m]; infinite if flat.
+
+        The sphere of this radius has the Gaussian curvature of the surface.
 
         Edges, corners and the sides of cylinders count as flat, and so do triangles, even if they approximate a
         curved surface.
@@ -63,9 +68,11 @@ class Shape(Protocol):
 
 
 class Primitive(Shape):
-    """Solid with closed-form inertia, centred at Eo and aligned with E; the fields of the class are lengths.
+    """Solid with inertia in closed form, centred at Eo and aligned with E.
 
-    A length that is not finite and positive, or a tuple that does not have three lengths, raises a BadArgumentError.
+    The fields of the class are its lengths.
+
+    Lengths that are not finite and positive, or not three in a tuple, raise a BadArgumentError.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
@@ -106,7 +113,7 @@ class Primitive(Shape):
 
 @dataclass(frozen=True)
 class Ellipsoid(Primitive):
-    """Solid ellipsoid; semi-axes are half the lengths along Ex, Ey, Ez, [m]."""
+    """Solid ellipsoid with semi-axes along Ex, Ey and Ez, [m]."""
 
     semi_axes: tuple[float, float, float]
 
@@ -131,7 +138,9 @@ class Ellipsoid(Primitive):
 
 @dataclass(frozen=True, eq=False)
 class LoadedShape(Shape):
-    """Solid with another inertia than its visible shape has: part of it counts elsewhere, or its density varies.
+    """Solid whose inertia differs from that of its visible shape.
+
+    Some of its volume may count elsewhere, or its density may vary.
 
     Attributes:
         outside: Visible shape.
@@ -183,17 +192,17 @@ class LoadedShape(Shape):
 
 
 def find_visible(shape: Shape) -> Shape:
-    """Returns the shape that is seen, which is the solid itself in most cases."""
+    """Returns the visible shape of a solid, usually the solid itself."""
     return shape.outside if isinstance(shape, LoadedShape) else shape
 
 
 def build_inertia_map(
     shapes: Sequence[Shape], poses_TE: Sequence[Array], material_indices: Sequence[int], num_materials: int
 ) -> Array:
-    """Builds Phi, the map from densities to inertial parameters: pi = Phi rho (docs/model.md).
+    """Builds the matrix Phi that maps densities to inertial parameters (docs/model.md).
 
-    Phi, (10, num_materials), [m^3, m^4, m^5], is about To and expressed in T. Each solid part E of the tool has a
-    pose X_TE, (4, 4), and the index of its density in rho. Materials without parts get a column of zeros.
+    Phi, (10, num_materials), [m^3, m^4, m^5], applies about To in T. Each solid part E of the tool has a pose X_TE,
+    (4, 4), and the index of its density in rho. Materials without parts get a column of zeros.
     """
     Phi = np.zeros((NUM_PARAMETERS, num_materials))
     for shape, X_TE, index in zip(shapes, poses_TE, material_indices, strict=True):
@@ -203,7 +212,7 @@ def build_inertia_map(
 
 @dataclass(frozen=True)
 class Geometry:
-    """Inertia map Phi of an object's shape, pi = Phi rho, (10, M), with its first-order uncertainty.
+    """Inertia map Phi of an object, (10, M), with its first-order uncertainty.
 
     Phi_errors, (G, 10, M), is the change of Phi by one standard deviation of each uncertain measurement.
     """
@@ -230,7 +239,7 @@ class Geometry:
 
 
 def compute_point_parameters(p: Array) -> Array:
-    """Computes the ten parameters, (..., 10), of point masses of 1 kg at positions p, (..., 3), [m]."""
+    """Computes the ten parameters, (..., 10), of unit point masses at p, (..., 3), [m]."""
     x, y, z = np.moveaxis(p, -1, 0)
     second = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
     return np.stack([np.ones_like(x), x, y, z, *second], axis=-1)
@@ -266,7 +275,10 @@ def parameters_from_pseudo_inertia(J: Array) -> Array:
 
 
 def spatial_inertia_from_parameters(pi: Array) -> SpatialInertia:
-    """Converts the ten parameters to Drake's spatial inertia M_TTo_T; impossible ones raise a RuntimeError."""
+    """Converts the ten parameters to Drake's spatial inertia M_TTo_T.
+
+    Physically impossible parameters raise a RuntimeError.
+    """
     mass = float(pi[0])
     if mass == 0.0:
         return SpatialInertia.Zero()

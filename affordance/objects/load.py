@@ -63,7 +63,7 @@ _WORKSHOP = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
 
 @dataclass(frozen=True)
 class Part:
-    """Entry of a tool's component, its place in the file, and the known materials by name."""
+    """Component entry in a tools file, with its place and the known materials."""
 
     path: Path
     key: str
@@ -75,7 +75,10 @@ class Part:
         return BadValueError(self.path, f"{self.key}.{name}", problem)
 
     def find_material(self, key: str, name: str | None) -> Material:
-        """Returns the material that a key names; a missing or unknown name raises a BadValueError."""
+        """Finds the material that a key names.
+
+        A missing or unknown name raises a BadValueError.
+        """
         if name is None:
             raise self.error(key, "is missing")
         if name not in self.materials:
@@ -86,7 +89,10 @@ class Part:
 
 
 def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
-    """Builds a component, or the components of a mesh; an invalid value or file raises a BadValueError."""
+    """Builds a component, or all components of a mesh.
+
+    An invalid value or file raises a BadValueError.
+    """
     entry = part.entry
     kinds = [kind for kind in _KINDS if getattr(entry, kind) is not None]
     if len(kinds) > 1:
@@ -126,7 +132,11 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
 
 
 def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:
-    """Selects the requested body, all bodies if materials or colours are given per shell, or all merged into one."""
+    """Selects the bodies of a mesh that become components.
+
+    They are the requested body, all bodies if materials or colours are given per shell, or all bodies merged into
+    one.
+    """
     entry = part.entry
     if entry.shell is not None:
         if entry.shell >= count_shells(found):
@@ -159,7 +169,7 @@ def _read_list(
 
 
 def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
-    """Determines material and appearance of each body from ``material``, or from ``colour`` alone."""
+    """Reads material and appearance of each body from ``material``, or from ``colour`` alone."""
     entry = part.entry
     if entry.material is None and entry.colour is not None:
         pairs = []
@@ -176,7 +186,7 @@ def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[
 
 
 def _read_look(part: Part, material: Material, colour: Colour | None) -> Material:
-    """Determines the material that a part looks like: its own, another, or a pseudo-material of a given colour."""
+    """Reads the apparent material of a part: its own, another, or a given colour."""
     if part.entry.looks_like is not None:
         return part.find_material("looks_like", part.entry.looks_like)
     if part.entry.colour is not None:
@@ -212,7 +222,9 @@ def load_tools(
     meshes: StrPath | None = None,
     chosen: Callable[[str], bool] = lambda name: True,
 ) -> tuple[Tool, ...]:
-    """Loads the tools of a file: a list ``tools`` of entries with name, components, and optional grips and strikes.
+    """Loads the tools of a file.
+
+    Each entry of its list ``tools`` has a name, components, and optional grips and strikes.
 
     Args:
         path: Path of the file.
@@ -230,7 +242,10 @@ def load_tools(
 
 
 def list_materials(path: StrPath) -> tuple[str, ...]:
-    """Lists the materials that a tools file names, without duplicates; no mesh is opened."""
+    """Lists the materials that a tools file names, without duplicates.
+
+    No mesh is opened.
+    """
     named = [
         name
         for tool in load_model(check_path("path", path), _ToolsFile).tools
@@ -243,7 +258,10 @@ def list_materials(path: StrPath) -> tuple[str, ...]:
 def select_known(
     materials: Mapping[str, Material], tools: Sequence[Tool], models: Path = MODELS
 ) -> dict[str, Material]:
-    """Selects the materials that the workshop's tools and further tools use, by name, in their original order."""
+    """Selects the materials that the workshop's and further tools use.
+
+    They are returned by name, in their original order.
+    """
     names = {name for file in _WORKSHOP for name in list_materials(models / "workshop" / file)}
     names |= {each.name for tool in tools for part in tool.components for each in (part.material, part.looks_like)}
     return {name: material for name, material in materials.items() if name in names}
@@ -256,7 +274,7 @@ def _build_tools(
     meshes: Path,
     chosen: Callable[[str], bool],
 ) -> tuple[Tool, ...]:
-    """Builds the chosen tools of a file; a repeated name raises a BadValueError."""
+    """Builds the chosen tools of a file. A repeated name raises a BadValueError."""
     tools: dict[str, Tool] = {}
     names: set[str] = set()
     num_parts = 0
@@ -295,7 +313,10 @@ def _build_tools(
 def _list_weighing(
     path: Path, key: str, entry: ToolEntry | ComponentEntry, parts: tuple[int, ...]
 ) -> tuple[Weighing, ...]:
-    """Lists the weighing of an entry, if it has one; a ``mass_sd`` without a mass raises a BadValueError."""
+    """Returns the weighing of an entry, if it has one, as a list.
+
+    A ``mass_sd`` without a mass raises a BadValueError.
+    """
     if entry.mass is None:
         if entry.mass_sd is not None:
             raise BadValueError(path, f"{key}.mass_sd", "is the standard deviation of a mass, which is missing")
@@ -306,7 +327,7 @@ def _list_weighing(
 def _add_strike(
     components: Sequence[Component], name: str, entry: StrikeEntry, path: Path, key: str
 ) -> tuple[Component, ...]:
-    """Adds a striking face to the part that it lies on."""
+    """Adds a striking face to the part on which it is located."""
     point, normal = np.array(entry.point), np.array(entry.normal)
     length = float(np.linalg.norm(normal))
     if length < _MIN_LENGTH:

@@ -1,4 +1,6 @@
-"""Materials: colour, density and its spread between objects; the materials file, and colours in users' notation.
+"""Materials with colour, density and density spread.
+
+Includes the reader of materials files, and users' notation of colours.
 
 A colour can be written as the name of a material, as hexadecimal digits such as '#d4a017', or as three numbers.
 """
@@ -70,7 +72,10 @@ type ColourText = Annotated[str, Text(), AfterValidator(_check_colour)]
 
 @dataclass(frozen=True)
 class _FileDensity(Within):
-    """Constraint on a density in a file, [kg/m^3]; errors name the unit, and convert the value from g/cm^3."""
+    """Constraint on a density in a file, [kg/m^3].
+
+    Errors name the unit, and convert the value from g/cm^3.
+    """
 
     @override
     def check(self, value: Any, at: str = "") -> float:
@@ -122,7 +127,10 @@ _load_own = lru_cache(maxsize=1)(load_materials)
 
 
 def check_materials(materials: object) -> Mapping[str, Material]:
-    """Returns materials by name, as from ``load_materials``; anything else raises a BadArgumentError."""
+    """Returns materials by name, as from ``load_materials``.
+
+    Anything else raises a BadArgumentError.
+    """
     if not isinstance(materials, Mapping):
         problem = (
             f"is of type {type(materials).__name__}, must be a mapping of names to materials, see load_materials"
@@ -134,7 +142,9 @@ def check_materials(materials: object) -> Mapping[str, Material]:
 def find_colour(
     material: MaterialLike, materials: Mapping[str, Material] | None = None, argument: str = "material"
 ) -> Colour:
-    """Returns the colour that identifies a material, among the program's own unless others are given.
+    """Finds the colour that identifies a material.
+
+    The program's own materials are searched unless others are given.
 
     An unknown name raises a BadArgumentError that names ``argument``.
     """

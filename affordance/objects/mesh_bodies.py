@@ -27,7 +27,9 @@ _PLAUSIBLE = 0.02
 
 
 class Body(NamedTuple):
-    """Body of a mesh: solid with its centroid at Eo, and p_FEo, (3,), [m], in the file's frame F, parallel to E.
+    """Solid body of a mesh with its centroid at Eo.
+
+    The centroid's position in the file's frame F is p_FEo, (3,), [m]; F is parallel to E.
 
     The numbers of the body and its cavities are indices of shells in the file's order. The colour is that of the
     largest part of its surface; None if the file gives none.
@@ -46,7 +48,9 @@ def count_shells(bodies: Sequence[Body]) -> int:
 
 
 def load_bodies(path: Path, unit: str) -> tuple[Body, ...]:
-    """Loads the bodies of an OBJ, PLY or STL file in the file's order, and caches them until the file changes.
+    """Loads the bodies of an OBJ, PLY or STL file, in its order.
+
+    They are cached until the file changes.
 
     ``unit`` is a key of UNITS. A file that cannot be read, a surface that is open or inconsistently wound, or an
     implausible size raises a BadValueError.
@@ -78,7 +82,7 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> tuple[Body, ...]:
 
 
 def merge(bodies: Sequence[Body]) -> Body:
-    """Merges all bodies of a mesh into one; what they share is counted once."""
+    """Merges all bodies of a mesh into one. Shared volume is counted once."""
     solids = [TriangleMesh(body.solid.vertices + body.p_FEo, body.solid.faces) for body in bodies]
     united = unite(solids) if all(map(is_sound, solids)) else None
     if united is None:
@@ -91,7 +95,7 @@ def merge(bodies: Sequence[Body]) -> Body:
 
 
 def _find_colour(shell: Shell, vertices: Array, triangles: Triangles) -> Colour | None:
-    """Determines the colour of the largest part of the area; None if the file gives none."""
+    """Finds the colour of most of the surface. Returns None if the file has no colours."""
     corners = vertices[triangles.faces[shell.faces]]
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     colours = triangles.colours[shell.faces]

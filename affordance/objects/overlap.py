@@ -1,4 +1,4 @@
-"""Volumes that solids share, which are counted once.
+"""Counts volume that solids share only once.
 
 Frames: T the tool, E a solid. Curved surfaces are approximated by facets, but only the shared volume depends on them.
 """
@@ -28,42 +28,51 @@ _FACETS = 96
 
 
 def is_sound(solid: TriangleMesh) -> bool:
-    """Returns True if a surface does not run through itself, so that shared volumes can be computed."""
+    """Returns True if a surface does not intersect itself.
+
+    Only then can shared volumes be computed.
+    """
     return _is_sound(_build_mesh(solid))
 
 
 def unite(solids: Sequence[TriangleMesh]) -> TriangleMesh | None:
-    """Unites sound solids in the same frame; None if they share so little volume that it is ignored."""
+    """Unites solids without self-intersections in the same frame.
+
+    Returns None if they share too little volume to matter.
+    """
     united = _unite([_build_mesh(solid) for solid in solids])
     is_small = united.volume() >= (1.0 - LARGE_OVERLAP) * _SCALE**3 * sum(solid.volume for solid in solids)
     return None if is_small else TriangleMesh(*_get_triangles(united))
 
 
 class Counted(NamedTuple):
-    """Parts of a tool that count shared volume once."""
+    """Parts of a tool with shared volume counted once."""
 
     parts: tuple[Component, ...]
     kept: tuple[int, ...]  # for each part, its former index
     shared: float  # fraction of the volume that was shared; 0 if nothing has changed
 
     def describe(self) -> str:
-        """Describes what has changed."""
+        """Describes the changes."""
         share = f"its parts share {100.0 * self.shared:.1f} % of their volume"
         return f"{share}, which is counted once: as the part that is listed first, or that lies within the other"
 
     def renumber(self, weighings: Sequence[Weighing]) -> tuple[Weighing, ...]:
-        """Renumbers the parts of weighings; those of nothing but left-out parts are left out."""
+        """Renumbers the parts of weighings.
+
+        A weighing of nothing but left-out parts is left out.
+        """
         new = {former: index for index, former in enumerate(self.kept)}
         found = [(each, tuple(new[part] for part in each.parts if part in new)) for each in weighings]
         return tuple(each._replace(parts=parts) for each, parts in found if parts or not each.parts)
 
 
 def count_once(parts: Sequence[Component]) -> Counted:
-    """Counts the volume that parts of a tool share once: it belongs to the part that is listed first.
+    """Counts shared volume once, as part of the component that is listed first.
 
     A part within a larger one, such as a core, keeps its volume even if it is listed later. Any other part that lies
     wholly within earlier ones is left out. Visible shapes stay. Nothing changes if the shared fraction is small.
-    Parts whose surface runs through itself are not compared.
+    Parts whose surface intersects itself are not compared.
     """
     unchanged = Counted(tuple(parts), tuple(range(len(parts))), 0.0)
     boxes = [find_box([part]) for part in parts]
@@ -90,7 +99,10 @@ def count_once(parts: Sequence[Component]) -> Counted:
 
 
 def _remove(part: Component, common: manifold3d.Manifold | None) -> Component:
-    """Removes a volume, which is in the tool's frame in millimetres, from the inertia of a part."""
+    """Removes a volume from the inertia of a part.
+
+    The volume is in the tool's frame, in millimetres.
+    """
     if common is None or common.is_empty():
         return part
     X_ET = np.linalg.inv(part.X_TE)
@@ -99,7 +111,10 @@ def _remove(part: Component, common: manifold3d.Manifold | None) -> Component:
 
 
 def _measure_common(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """Computes the volume that two boxes share, [m^3], from their least and largest coordinates."""
+    """Computes the volume that two boxes share, [m^3].
+
+    Boxes are given by their least and largest coordinates.
+    """
     lengths = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
     return float(np.prod(np.maximum(lengths, 0.0)))
 

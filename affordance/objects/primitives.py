@@ -27,11 +27,14 @@ class Box(Primitive):
         return float(np.prod(self.lengths))
 
     def unit_pseudo_inertia(self) -> Array:
-        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4): Sigma = m/12 diag(a^2, b^2, c^2)."""
+        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4).
+
+        Sigma = m/12 diag(a^2, b^2, c^2).
+        """
         return self.volume * np.diag([*(self.sizes**2 / 12.0), 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the middle of the face, edge or corner that is farthest along a direction, shape (3,), [m]."""
+        """Finds the middle of the farthest face, edge or corner in a direction, (3,), [m]."""
         return 0.5 * self.sizes * _take_signs(direction_E)
 
 
@@ -51,12 +54,15 @@ class Cylinder(_Round):
         return float(np.pi * self.radius**2 * self.length)
 
     def unit_pseudo_inertia(self) -> Array:
-        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4): Sigma = m diag(r^2/4, r^2/4, l^2/12)."""
+        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4).
+
+        Sigma = m diag(r^2/4, r^2/4, l^2/12).
+        """
         across = self.radius**2 / 4.0
         return self.volume * np.diag([across, across, self.length**2 / 12.0, 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the point, or the middle of the face or line, that is farthest along a direction, shape (3,), [m]."""
+        """Finds the farthest point, or middle of the face or line, in a direction, (3,), [m]."""
         across = np.array([direction_E[0], direction_E[1], 0.0])
         distance = float(np.linalg.norm(across))
         end = _point_along(0.5 * self.length, direction_E)
@@ -85,17 +91,23 @@ class Capsule(_Round):
         return np.diag([across, across, along, middle + ends])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the point, or the middle of the side's line, that is farthest along a direction, (3,), [m]."""
+        """Finds the farthest point, or middle of the side's line, in a direction, (3,), [m]."""
         ball: Array = self.radius * direction_E / np.linalg.norm(direction_E)
         return ball + _point_along(0.5 * self.length, direction_E)
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Returns the radius on the hemispheres, [m]; infinity on the side, which has one flat direction."""
+        """Returns the radius on the hemispheres, [m].
+
+        It is infinite on the side, which has one flat direction.
+        """
         return self.radius if _take_signs(direction_E)[2] else np.inf
 
 
 def _take_signs(direction_E: Array) -> Array:
-    """Computes the signs of a direction's components, (3,), with 0 for rounding errors."""
+    """Computes the signs of a direction's components, (3,).
+
+    Rounding errors count as 0.
+    """
     return np.sign(direction_E) * (np.abs(direction_E) > _ALONG * np.linalg.norm(direction_E))
 
 

@@ -1,4 +1,4 @@
-"""Separates a mesh into its bodies, and checks that closed surfaces bound them.
+"""Separates a mesh into bodies, and checks that their surfaces are closed.
 
 CAD programs write the bodies of an assembly one after another into one mesh. If two of them touch along an edge, four
 faces meet there, and only their order in the file shows which two belong together. A surface that is wound inwards
@@ -21,11 +21,13 @@ _WIDE_WELD = 1e-5
 
 
 class MeshError(ValueError):
-    """Error for faces that do not bound a solid."""
+    """Error for faces that do not enclose a solid."""
 
 
 class Shell(NamedTuple):
-    """Body of a mesh without its cavities, in the file's frame, with the indices of its faces in the file, (k,).
+    """Body of a mesh without its cavities, in the file's frame.
+
+    It has the indices of its faces in the file, (k,).
 
     The numbers of the body and its cavities are indices of surfaces in the file's order.
     """
@@ -85,7 +87,10 @@ def find_shells(vertices: Array, faces: Faces) -> Shells:
 
 
 def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Merges equal vertices; returns the unique ones, (k, 3), and each vertex's index among them, (n,)."""
+    """Merges equal vertices.
+
+    Returns the unique vertices, (k, 3), and each vertex's index among them, (n,).
+    """
     _, first, index = np.unique(
         np.round(vertices / _WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True
     )
@@ -93,7 +98,10 @@ def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Merges vertices that are close together; returns each group's mean, (k, 3), and each vertex's group, (n,)."""
+    """Merges vertices that are close together.
+
+    Returns each group's mean, (k, 3), and each vertex's group, (n,).
+    """
     pairs = scipy.spatial.cKDTree(vertices).query_pairs(_WIDE_WELD, output_type="ndarray")
     size = len(vertices)
     graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(size, size))
@@ -104,13 +112,15 @@ def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def find_proper_faces(faces: Faces) -> NDArray[np.bool_]:
-    """Returns which faces have three different vertices, (m,)."""
+    """Returns True for each face with three different vertices, (m,)."""
     proper: NDArray[np.bool_] = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     return proper
 
 
 def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
-    """Assigns each face to a body, in the file's order, (m,), given unique vertices, (n, 3), [m].
+    """Assigns each face to a body, in the file's order, (m,).
+
+    Vertices, (n, 3), [m], are unique.
 
     A mesh without faces, or with an edge that is not traversed equally often in both directions, raises a MeshError.
     """
@@ -148,7 +158,9 @@ def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
 
 
 def contains(points: Array, faces: Faces, point: Array) -> bool:
-    """Returns True if a point is inside a closed surface, using the solid angle of its faces seen from the point.
+    """Returns True if a point is inside a closed surface.
+
+    The test uses the solid angle of its faces seen from the point.
 
     The angle of each face is tan(omega / 2) = a . (b x c) / (|a||b||c| + (a . b)|c| + (b . c)|a| + (c . a)|b|) (Van
     Oosterom and Strackee 1983, IEEE Transactions on Biomedical Engineering 30:125-126, from memory).

@@ -19,7 +19,10 @@ _NUM_DIRECTIONS = 1600
 
 @dataclass(frozen=True, eq=False)
 class StrikingFace:
-    """Striking face of a part: its middle p_EQ, (3,), [m], and outward unit normal, (3,), in E; both read-only."""
+    """Striking face of a part, with its middle and outward normal in E.
+
+    The middle is p_EQ, (3,), [m], the unit normal (3,); both are read-only.
+    """
 
     name: str
     p_EQ: Array
@@ -35,7 +38,9 @@ class StrikingFace:
 
 
 def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T: Array) -> tuple[int, float]:
-    """Finds the part that has a face at a point of its convex hull, where it can strike before any other point.
+    """Finds the part with a face at a point of its convex hull.
+
+    There it can strike before any other point.
 
     The hull of a part has support h(d) along a unit vector d, so a point p is on a face with normal n if h(n) = n . p
     and d . p <= h(d) for all d.

@@ -49,7 +49,10 @@ class Component:
     place_sd: float = CAD_PLACE_SD  # standard deviation of each coordinate of the centroid, [m]
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for wrong types, or a pose that scales or mirrors; copies the pose."""
+        """Checks types and pose, and copies the pose.
+
+        A wrong type, or a pose that scales or mirrors, raises a BadArgumentError.
+        """
         check_kind("shape", self.shape, Shape)
         check_kind("material", self.material, Material)
         check_kind("looks_like", self.looks_like, Material)
@@ -58,13 +61,19 @@ class Component:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """Way of holding a tool: the hand's pose in the frame of the tools file, (4, 4), read-only."""
+    """Way of holding a tool.
+
+    The hand's pose in the frame of the tools file is (4, 4), read-only.
+    """
 
     name: str
     X_TG: Array
 
     def __post_init__(self) -> None:
-        """Stores a read-only copy of the pose; raises a BadArgumentError if it scales or mirrors."""
+        """Stores a read-only copy of the pose.
+
+        A pose that scales or mirrors raises a BadArgumentError.
+        """
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
 
@@ -93,7 +102,10 @@ class Tool:
     weighings: tuple[Weighing, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for no parts, a repeated grip name, or a mass of more than MASS_MAX."""
+        """Checks parts, grips and mass.
+
+        No parts, a repeated grip name, or a mass of more than MASS_MAX raises a BadArgumentError.
+        """
         check_kind("name", self.name, str)
         for field in ("components", "grips"):
             check_kind(field, getattr(self, field), Sequence, "a tuple")
@@ -117,17 +129,17 @@ class Tool:
         return f"Tool({self.name}: {self.mass:.3g} kg of {materials}{held}{grips})"
 
     def gripped_by(self, grip: Grip) -> "Tool":
-        """Returns the tool held by one of its grips, without other grips."""
+        """Returns the tool in one of its grips, without the other grips."""
         X_GT = np.linalg.inv(grip.X_TG)
         components = tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.components)
         return Tool(self.name, components, (), grip.name, self.weighings)
 
     def list_gripped(self) -> "dict[str, Tool]":
-        """Returns the tool held by each of its grips, by name."""
+        """Returns the tool in each of its grips, by name."""
         return {grip.name: self.gripped_by(grip) for grip in self.grips}
 
     def with_densities(self, densities: Mapping[Colour, float]) -> "Tool":
-        """Returns a tool that looks the same and has other densities, [kg/m^3], given by visible colour."""
+        """Returns a tool of equal appearance with other densities, [kg/m^3], by visible colour."""
         parts = (
             replace(part, material=replace(part.material, density=densities[part.looks_like.colour]))
             for part in self.components
@@ -135,7 +147,10 @@ class Tool:
         return replace(self, components=tuple(parts))
 
     def scaled(self, density: float, size: float) -> "Tool":
-        """Returns the tool without its grips, with densities (at most DENSITY_MAX) and lengths times two factors."""
+        """Scales densities (at most DENSITY_MAX) and lengths of the tool by two factors.
+
+        The result has no grips.
+        """
         parts = []
         for part in self.components:
             X_TE = np.array(part.X_TE)
@@ -154,7 +169,7 @@ class Tool:
 
     @property
     def appearance(self) -> tuple[object, ...]:
-        """Hashable visible properties; tools of equal appearance can share a Diagram."""
+        """Visible properties, hashable. Tools of equal appearance can share a Diagram."""
         return tuple((part.shape, part.X_TE.tobytes(), part.looks_like.colour) for part in self.components)
 
     @property
@@ -180,19 +195,23 @@ class Tool:
 
 
 def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
-    """Lists true densities, [kg/m^3], by visible colour, in the order of components; decoys are ignored."""
+    """Lists true densities by visible colour, [kg/m^3].
+
+    They are in the order of components; decoys are ignored.
+    """
     return {part.looks_like.colour: part.material.density for tool in tools for part in tool.components}
 
 
 def list_colours(tools: Iterable[Tool]) -> tuple[Colour, ...]:
-    """Lists the visible colours of tools without duplicates, in the order of components."""
+    """Lists visible colours of tools without duplicates, in the order of components."""
     return tuple(list_densities(tools))
 
 
 def is_symmetric(tool: Tool) -> bool:
-    """Returns True if a tool has the same shape in both grips, so that shape alone favours neither.
+    """Returns True if a tool has the same shape in both grips.
 
-    With the same prior for all materials, the chance level before any experience is then one half in any task.
+    Shape alone then favours neither grip. With the same prior for all materials, the chance level before any
+    experience is one half in any task.
     """
     if len(tool.grips) != 2:
         return False
@@ -206,7 +225,7 @@ def is_symmetric(tool: Tool) -> bool:
 
 
 class PosedShape(Protocol):
-    """Solid with a pose in a tool, either known (Component) or observed (ComponentFeatures)."""
+    """Solid with a pose in a tool, known (Component) or observed (ComponentFeatures)."""
 
     @property
     def shape(self) -> Shape:
@@ -222,13 +241,16 @@ class PosedShape(Protocol):
 
 
 def find_free_end(parts: Sequence[PosedShape]) -> Array:
-    """Finds the point of a tool that is farthest from the hand along Tx, p_TTfree, shape (3,), [m]."""
+    """Finds the point of a tool farthest from the hand along Tx, p_TTfree, (3,), [m]."""
     points = [part.X_TE[:3, 3] + part.X_TE[:3, :3] @ part.shape.find_support(part.X_TE[0, :3]) for part in parts]
     return max(points, key=lambda point: float(point[0]))
 
 
 def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
-    """Computes the bounding box of parts along the axes of T: least and largest coordinates, (3,) each, [m]."""
+    """Computes the bounding box of parts along the axes of T.
+
+    Returns least and largest coordinates, (3,) each, [m].
+    """
     corners = []
     for part in parts:
         R, p = part.X_TE[:3, :3], part.X_TE[:3, 3]

@@ -46,7 +46,10 @@ class PoseEntry(DataModel):
 
 
 class ComponentEntry(DataModel):
-    """Solid part of a tool, or parts of a mesh, in a file; the reader checks combinations of keys."""
+    """Solid part of a tool, or parts of a mesh, in a file.
+
+    The reader checks combinations of keys.
+    """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"density": "a density belongs to a material, in materials.yaml"}
 
@@ -121,7 +124,10 @@ class ToolEntry(DataModel):
 
 
 def build_pose(position: ArrayLike, rpy_deg: tuple[float, float, float] | None = None) -> Array:
-    """Builds a pose, (4, 4), from a position, (3,), [m], and optionally roll, pitch and yaw, [deg]."""
+    """Builds a pose, (4, 4), from a position, (3,), [m], and optional angles.
+
+    The angles are roll, pitch and yaw, [deg].
+    """
     X = np.eye(4)
     X[:3, 3] = position
     if rpy_deg is not None:

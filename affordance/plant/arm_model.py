@@ -1,4 +1,4 @@
-"""Internal models of an arm with a believed payload: instantaneous and over a control period; payload regressor Y.
+"""Arm dynamics with a payload: torques at one instant, or held for a control period.
 
 Torques due to a held tool are linear in its inertial parameters:
 
@@ -18,7 +18,7 @@ from affordance.plant.serial_chain import compute_wrench_regressor
 
 
 class ArmModel:
-    """Internal model of an arm with a believed payload, in the state that was last set.
+    """Dynamics of an arm with a believed payload, at the state that was last set.
 
     It is not thread-safe but cheap to create, so every user should have its own instance.
     """
@@ -52,7 +52,9 @@ class ArmModel:
         return self._plant.CalcInverseDynamics(self._context, vdot, self._forces)
 
     def compute_held_torque(self, x: Array, vdot: Array) -> Array:
-        """Computes the torques for joint accelerations at state x, shape (num_joints,), [N m]; changes the state.
+        """Computes the torques for joint accelerations at state x, (num_joints,), [N m].
+
+        This changes the state of the model.
 
         Models that hold torques for a control period override this.
         """
@@ -68,7 +70,7 @@ class ArmModel:
         return self.arm.hand.CalcPoseInWorld(self._context)
 
     def compute_frame_position(self, frame: Frame) -> Array:
-        """Computes the position in W of the origin of a frame of the plant, shape (3,), [m]."""
+        """Computes the position of a frame's origin in W, shape (3,), [m]."""
         return frame.CalcPoseInWorld(self._context).translation()
 
     def compute_hand_jacobian(self) -> Array:
@@ -78,26 +80,32 @@ class ArmModel:
         )
 
     def compute_point_position(self, p_TQ: Array) -> Array:
-        """Computes the position p_WQ of a point Q fixed to the tool, shape (3,), [m]; p_TQ (3,), [m]."""
+        """Computes the position p_WQ of a tool point Q from p_TQ, (3,) each, [m]."""
         X_WH = self.compute_hand_pose()
         position: Array = X_WH.translation() + X_WH.rotation().matrix() @ p_TQ
         return position
 
     def compute_point_jacobian(self, p_TQ: Array) -> Array:
-        """Computes the Jacobian Jv_v_WQ of a point Q fixed to the tool, shape (3, num_joints); p_TQ (3,), [m]."""
+        """Computes the Jacobian Jv_v_WQ of a tool point Q, shape (3, num_joints).
+
+        The point is given by p_TQ, (3,), [m].
+        """
         return self._plant.CalcJacobianTranslationalVelocity(
             self._context, JacobianWrtVariable.kV, self.arm.hand, p_TQ, self._world, self._world
         )
 
     def compute_hand_bias_acceleration(self) -> Array:
-        """Computes the hand's spatial acceleration at zero vdot, A_WH - J vdot, rotation first, shape (6,)."""
+        """Computes the hand's spatial acceleration at zero vdot, shape (6,).
+
+        This is A_WH - J vdot, with the rotation first.
+        """
         return self._plant.CalcBiasSpatialAcceleration(
             self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
         ).get_coeffs()
 
 
 def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
-    """Computes Y at one state with Drake's kinematics, and sets the model to this state.
+    """Computes the payload regressor Y at one state with Drake's kinematics.
 
     The state x is angles and rates, (2 num_joints,), [rad, rad/s]; vdot is (num_joints,), [rad/s^2], and Y is
     (num_joints, 10).
@@ -113,7 +121,9 @@ def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
 
 
 class HeldTorqueModel(ArmModel):
-    """Internal model for torques held for a control period; accelerations are means over the period.
+    """Arm dynamics for torques that are held for a control period.
+
+    Accelerations are means over the period.
 
     Gravity and gyroscopic terms change as the arm moves; they are evaluated at the middle of the period. If they were
     evaluated at its start, torques would err by half of the terms' change over the period, always in the same
@@ -133,7 +143,7 @@ class HeldTorqueModel(ArmModel):
     """
 
     def __init__(self, arm: Arm, period: float) -> None:
-        """Creates a model of the arm that holds torques for a period, [s]."""
+        """Creates a model of the arm with torques that are held for a period, [s]."""
         super().__init__(arm)
         actuators = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
         one, half = np.eye(len(actuators)), 0.5 * period
@@ -143,14 +153,14 @@ class HeldTorqueModel(ArmModel):
         self.is_damped = bool(self._damping.any())
 
     def compute_inverse_dynamics(self, vdot: Array) -> Array:
-        """Computes torques, (num_joints,), [N m], that give mean accelerations if held for a control period."""
+        """Computes held torques for given mean accelerations, (num_joints,), [N m]."""
         if not self.is_damped:
             return super().compute_inverse_dynamics(vdot)
         held: Array = super().compute_inverse_dynamics(np.zeros_like(vdot)) + self.compute_mass_matrix() @ vdot
         return held
 
     def compute_held_torque(self, x: Array, vdot: Array) -> Array:
-        """Computes torques, (num_joints,), [N m], that give mean accelerations if held for a period from state x.
+        """Computes held torques for mean accelerations from state x, (num_joints,), [N m].
 
         The model is left in the state at the middle of the period.
         """
@@ -161,7 +171,10 @@ class HeldTorqueModel(ArmModel):
         return tau
 
     def compute_mass_matrix(self) -> Array:
-        """Computes the mass matrix for held torques, M phi(h M^-1 D)^-1, (num_joints, num_joints), [kg m^2]."""
+        """Computes the mass matrix for held torques, (num_joints, num_joints), [kg m^2].
+
+        This is M phi(h M^-1 D)^-1.
+        """
         if not self.is_damped:
             return super().compute_mass_matrix()
         L, x, V = self.decompose()
@@ -171,7 +184,10 @@ class HeldTorqueModel(ArmModel):
         return held
 
     def decompose(self) -> tuple[Array, Array, Array]:
-        """Computes L, x, V with M = L L^T, L^-1 (h D) L^-T = V diag(x) V^T; x eigenvalues of h M^-1 D, increasing."""
+        """Diagonalises the damping relative to the mass matrix.
+
+        Returns L, x, V with M = L L^T and L^-1 (h D) L^-T = V diag(x) V^T. The eigenvalues x of h M^-1 D increase.
+        """
         L = np.linalg.cholesky(super().compute_mass_matrix())
         whitened = np.linalg.solve(L, np.diag(np.sqrt(self._damping)))
         x, V = np.linalg.eigh(whitened @ whitened.T)
@@ -179,7 +195,10 @@ class HeldTorqueModel(ArmModel):
 
 
 def compute_stiffness(arm: Arm, period: float) -> float:
-    """Computes the ratio of control period to the shortest damping time constant, for the empty arm at home, [1]."""
+    """Computes the ratio of control period to shortest damping time constant.
+
+    It applies to the empty arm in the home posture.
+    """
     model = HeldTorqueModel(arm, period)
     model.set_posture(arm.home)
     return float(model.decompose()[1][-1]) if model.is_damped else 0.0

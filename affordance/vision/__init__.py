@@ -1,1 +1,1 @@
-"""Visual features of objects, and the prior over their inertia that follows from them."""
+"""Visual features of objects, and the resulting prior over their inertia."""

@@ -23,7 +23,9 @@ type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 def observe(
     tool: Tool, eye: Eye | None, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures an object's features, by an eye or, without one, as the true ones with errors.
+    """Measures an object's features with an eye.
+
+    Without an eye, they are the true features with errors.
 
     Raises:
         SeeingError: A picture does not show the features.
@@ -32,7 +34,7 @@ def observe(
 
 
 def check_eye(name: str, value: Any) -> Eye | None:
-    """Returns an eye, or None; any other value raises a BadArgumentError."""
+    """Returns an eye, or None. Any other value raises a BadArgumentError."""
     if value is None or callable(value):
         return cast(Eye | None, value)
     raise BadArgumentError(name, "", f"is {show_value(value)}, must be a function of an object and a generator")
@@ -57,7 +59,10 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
 
 
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Returns the features in a tool's drawing, whose errors are those of each part's volume and position."""
+    """Returns the features of a tool's drawing.
+
+    Their errors are the errors of each part's volume and position.
+    """
     features = []
     seen = measure_features(tool, VisionError(), np.random.default_rng(0))
     for part, drawn in zip(seen, tool.components, strict=True):

@@ -49,7 +49,7 @@ class ComponentFeatures:
 
     @property
     def appearance(self) -> PartAppearance:
-        """Appearance of the component, from which the object is recognised."""
+        """Appearance of the component, by which the object is recognised."""
         x, y, z = (float(value) for value in self.X_TE[:3, 3])
         sizes = tuple(float(size) for size in self.shape.sizes)
         return PartAppearance(

@@ -1,4 +1,4 @@
-"""Predicts an object's inertia from its visual features: p(lambda | v), before it is held.
+"""Predicts an object's inertia from visual features before it is held, p(lambda | v).
 
 A component's colour selects its material, and so the belief about its density. Sizes and poses determine Phi, which
 maps densities to inertial parameters, and their errors determine its uncertainty to first order. Frames: T the tool,
@@ -22,7 +22,9 @@ _STEP = 1e-5
 
 
 def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
-    """Predicts an object's inertia from its visual features, a memory, and a prior for unknown materials.
+    """Predicts an object's inertia from visual features, a memory and a prior.
+
+    The prior is for unknown materials.
 
     The memory in the returned belief contains every colour of the object.
     """
@@ -38,7 +40,10 @@ def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory
 def measure_geometry(
     features: Sequence[ComponentFeatures], material_indices: Sequence[int], num_materials: int
 ) -> Geometry:
-    """Computes Phi, (10, num_materials), and its errors; ``material_indices`` has each component's column."""
+    """Computes Phi, (10, num_materials), and its errors.
+
+    ``material_indices`` contains the column of each component.
+    """
     Phi = build_inertia_map(
         [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
     )
@@ -63,7 +68,7 @@ def measure_geometry(
 
 
 def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:
-    """Returns the features with one measurement changed by a step: relative for sizes, absolute otherwise."""
+    """Changes one measured feature by a step: relative for sizes, absolute otherwise."""
     sizes = part.shape.sizes
     X_TE = np.array(part.X_TE)
     if measurement < len(sizes):

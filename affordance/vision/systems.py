@@ -39,7 +39,7 @@ class VisualPrior(SampledSystem):
 
 
 class MaterialMemorySystem(SampledSystem):
-    """Remembers the belief about materials, and updates it at the end of a presentation (the teaching signal).
+    """Remembers the belief about materials, and updates it after each presentation (the teaching signal).
 
     The end is a forced event: when it is executed, the posterior becomes the belief, unless the measurements were too
     improbable to learn from. The colours that are remembered after a presentation are a parameter of the Context.
@@ -53,7 +53,10 @@ class MaterialMemorySystem(SampledSystem):
     """
 
     def __init__(self, memory: MaterialMemory, least_p_value: float) -> None:
-        """Declares ports and the event, given the initial memory and the smallest p-value at which it learns."""
+        """Declares ports and the event.
+
+        The memory is the initial one; learning requires at least the given p-value.
+        """
         super().__init__()
         self._least_p_value = least_p_value
         self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")

@@ -1,20 +1,20 @@
-"""Development as a ladder: Simulation I with three kinds of memory, with an adult's arm and with an infant's.
+"""Development in stages: Simulation I with three kinds of memory, for an adult's and an infant's arm.
 
-Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here each learner is a rung that
-stands for an age, so each rung makes a prediction about that age, and the prediction can fail:
+Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here each learner stands for an age,
+as a rung of a ladder. Each rung makes a testable prediction about its age:
 
-    nothing_remembered   every hold begins at the prior; what is felt is used within that hold only
-    own_memory           remembers each object's own density, from its second hold on
-    density              remembers one density per look: what rods of that colour weighed
+nothing_remembered every hold begins at the prior, and is forgotten afterwards own_memory remembers each object's own
+density, from its second hold on density remembers one density per look: what rods of that colour weighed
 
 The four rods of Simulation I are held from short to long, each twice in a row. Then two decoys follow, both made of
 beech but looking like brass: one has the length of the longest rod, one a length never held (22.5 cm). Each decoy is
 held with the memory that the rods left. The measure is the largest excursion of the object's centre within one
 second: by then the arm of Simulation I has sunk farthest, and has risen to within 0.1 mm of its highest point.
 
-The infant's arm (models/infant.sdf) cannot hold rods of 15 cm or more at arm's length: they load its wrist with up
-to 2.4 times its effort limit, whatever is believed. So its rods are scaled in length by the ratio of the two reaches
-(0.44). The smallest torque that it feels is scaled like its effort limits (by 0.125), because both are torques.
+The infant's arm (models/infant.sdf) cannot hold rods of 15 cm or more at arm's length: they load its wrist with up to
+2.4 times its effort limit, whatever is believed. Its rods are therefore scaled in length by the ratio of the two
+reaches (0.44). The smallest torque that it feels is scaled like its effort limits (by 0.125), because both are
+torques.
 
 Predictions for means over observers, with either arm, stated before the first run:
 
@@ -130,7 +130,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner; names begin with the arm."""
+    """Computes the results of each observer for every learner; names begin with the arm."""
     data = collect(setup)
     return ObserverNumbers(
         {
@@ -146,7 +146,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> dict[str, list[Tool]]:
-    """Reads the rods and decoys, scales them for the infant's arm, and checks that each arm can hold its set."""
+    """Loads rods and decoys, scaled for the infant's arm, and checks that each arm can hold them."""
     file, infant = setup.models / OBJECTS, setup.models / INFANT
     tools = list(read_tools(setup.models, OBJECTS))
     check_no_grips(file, tools)
@@ -158,7 +158,7 @@ def read(setup: Setup) -> dict[str, list[Tool]]:
 
 
 def find_reach(arm: Path) -> float:
-    """Computes the horizontal distance between hand and base of an arm in its holding posture, [m]."""
+    """Computes the horizontal distance from base to hand in the holding posture, [m]."""
     loaded = load_arm(arm)
     model = ArmModel(loaded)
     model.set_posture(loaded.home)
@@ -166,13 +166,16 @@ def find_reach(arm: Path) -> float:
 
 
 def compare_strength(setup: Setup) -> float:
-    """Computes the ratio of effort limits, infant's arm over adult's; the median over joints."""
+    """Computes the median ratio of effort limits, infant's arm over adult's."""
     infant, adult = (load_arm(each).limits.tau_max for each in (setup.models / INFANT, setup.settings.arm))
     return float(np.median(infant / adult))
 
 
 def set_up_arm(setup: Setup, arm: str) -> Setup:
-    """Returns the setup of an arm; the smallest torque that the infant feels is scaled like its effort limits."""
+    """Returns the setup for an arm.
+
+    The infant's smallest felt torque is scaled with its effort limits.
+    """
     if arm == "adult":
         return setup
     ratio, noise = compare_strength(setup), setup.settings.noise
@@ -184,12 +187,12 @@ def set_up_arm(setup: Setup, arm: str) -> Setup:
 
 
 def list_rungs(setup: Setup) -> list[Learner]:
-    """Lists the learners: the rungs, and the learner of the settings if it is not a rung."""
+    """Lists the learners of all rungs, and the learner of the settings if it differs."""
     return [*{each.name: each for each in (*RUNGS, setup.settings.learner)}.values()]
 
 
 def collect(setup: Setup) -> xr.Dataset:
-    """Runs the observers of each learner with each arm."""
+    """Simulates the observers of each learner with each arm."""
     tools = read(setup)
     arms = []
     for arm in ARMS:
@@ -203,7 +206,7 @@ def collect(setup: Setup) -> xr.Dataset:
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer; returns heights over time in both holds of each rod and the hold of each decoy."""
+    """Simulates one observer. Returns heights over time for all holds of rods and decoys."""
     *rods, decoy, new_decoy = tools
     memory = setup.start_memory(observer).add_colours(list_colours(tools), setup.settings.prior)
     hand = Observer(get_runner(setup.settings), memory, duration=DURATION)
@@ -232,7 +235,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Computes the largest excursions, with sign, of each observer of one learner with one arm, [m]."""
+    """Computes the largest signed excursions for each observer of a learner, [m]."""
     excursion = find_excursion(data.height)
     rods = excursion.isel(trial=slice(-2))
     return {
@@ -244,7 +247,7 @@ def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
 
 
 def summarise(data: xr.Dataset) -> dict[str, dict[str, Any]]:
-    """Summarises the numbers over the observers of each learner with one arm, as in metrics.json."""
+    """Summarises results over observers for each learner and arm, as in metrics.json."""
     summary = {}
     for learner in data.learner.values:
         found = measure(data.sel(learner=learner))
@@ -266,7 +269,7 @@ def describe_arms(setup: Setup, tools: Mapping[str, Sequence[Tool]]) -> dict[str
 
 
 def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]:
-    """Judges the predictions for each arm; their bounds were stated before the first run."""
+    """Tests the predictions for each arm, with bounds stated before the first run."""
 
     def compare(text: str, value: Any, **bounds: float) -> list[Criterion]:
         return [check(f"{text}, {arm}'s arm", value(n[arm]), NONE, **bounds) for arm in ARMS]
@@ -310,7 +313,10 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
 
 
 def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
-    """Describes the first hold of the longest rod, which separates memory of looks from memory of objects."""
+    """Describes the first hold of the longest rod.
+
+    It separates memory of looks from memory of objects.
+    """
     return [
         f"{label_learner(learner)}: the longest rod, held for the first time, moves by"
         f" {100.0 * found['first_m'][-1]:+z.1f} cm (adult's arm)"
@@ -319,7 +325,7 @@ def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
 
 
 def tabulate(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> pd.DataFrame:
-    """Tabulates what infants did and what each learner does: excursions, adult's arm / infant's arm, [cm]."""
+    """Tabulates the excursions of infants and of each learner, adult's arm / infant's arm, [cm]."""
     rows = {}
     for learner in n["adult"]:
         age, did = AGES.get(learner, ("", ""))
@@ -339,7 +345,7 @@ def tabulate(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> pd.DataFrame:
 
 
 def draw(n: Mapping[str, Any]) -> Figure:
-    """Draws the excursions of each object: a row of panels for each arm, a column for each learner."""
+    """Plots the excursions of each object, with a row for each arm and a column for each learner."""
     learners = [*n["arms"]["adult"]]
     figure = Figure(figsize=(4.0 * len(learners), 6.4))
     panels = figure.subplots(len(ARMS), len(learners), sharex=True, sharey="row", squeeze=False)
@@ -375,7 +381,10 @@ def _draw_excursions(panel: Axes, found: Mapping[str, Any]) -> None:
 
 
 def tabulate_lifts(data: xr.Dataset, tools: Sequence[Tool], learner: str, arm: str) -> pd.DataFrame:
-    """Tabulates all holds of a learner with an arm; the infant arm's observers are numbered after the adult's."""
+    """Tabulates all holds of a learner with an arm.
+
+    Observers with the infant's arm are numbered after those with the adult's.
+    """
     rods, observers = len(tools) - 2, data.sizes["observer"]
     held = np.array([*np.repeat(np.arange(rods), 2), rods, rods + 1])
     table = tabulate_holds(data, tools, learner=learner, block=arm, objects=held)

@@ -1,7 +1,6 @@
-"""Arm without the rest of its robot, with bodies that are fixed to a link merged into that link.
+"""Extracts an arm from its robot; bodies fixed to a link are merged into that link.
 
-Frames: L a link, which is the moving frame of the joint that carries it; B the base; H the hand, at the tip, with Hx
-pointing out of the hand.
+Frames: L a link, at the moving frame of its joint; B the base; H the hand at the tip, where Hx points out of it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +21,7 @@ from affordance.extensions.robots.tree import RobotTree
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """Options of an import, in addition to the robot's file.
+    """Options for importing an arm from a robot's file.
 
     Attributes:
         tip: Link or frame at the end of the arm, where it holds objects; empty for the end of the longest limb.
@@ -69,7 +68,10 @@ class ImportOptions:
     packages: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for values of the wrong kind; names are checked later, with the file."""
+        """Checks the kinds of all values, with a BadArgumentError for a wrong one.
+
+        Names are checked later, against the file.
+        """
         for name in ("tip", "base", "out_axis", "up"):
             if getattr(self, name) is not None or name == "tip":
                 check_kind(name, getattr(self, name), str)
@@ -137,7 +139,7 @@ class ReducedArm:
         return [link.joint for link in self.links]
 
     def roll_hand(self, angle: float) -> "ReducedArm":
-        """Returns the arm with its hand turned about the hand's x by a further angle, [rad]."""
+        """Returns the arm with its hand rolled by a further angle, [rad]."""
         if angle == 0.0:
             return self
         X_LH = self.X_LH @ RigidTransform(RotationMatrix.MakeXRotation(angle))
@@ -152,7 +154,9 @@ class ReducedArm:
 def reduce_arm(
     tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[str, float], options: ImportOptions
 ) -> ReducedArm:
-    """Extracts a chain of a robot as an arm; the context has the chain at zero and other joints frozen.
+    """Extracts a chain of a robot as an arm.
+
+    In the context the chain is at zero, and other joints are frozen.
 
     Raises:
         BadValueError: Links have impossible inertias, joints have impossible limits, no torque limit or a velocity
@@ -225,7 +229,7 @@ def reduce_arm(
 def _place(
     tree: RobotTree, context: Context, frame: Frame, bodies: Sequence[RigidBody]
 ) -> tuple[tuple[str, RigidTransform], ...]:
-    """Lists the names of bodies with their poses in a frame."""
+    """Lists bodies by name with their poses in a frame."""
     return tuple((tree.key(body), body.body_frame().CalcPose(context, frame)) for body in bodies)
 
 
@@ -247,7 +251,7 @@ def find_out_axis(X_LT: RigidTransform, X_PLs: list[RigidTransform]) -> str:
 
 
 def _turn_to(axis: str) -> RotationMatrix:
-    """Computes the rotation R_TH of the hand in the tip's frame, with Hx along a signed axis of the tip."""
+    """Computes the rotation R_TH that aligns Hx with a signed axis of the tip."""
     columns = {"x": (0, 1, 2), "y": (1, 2, 0), "z": (2, 0, 1)}[axis[-1]]
     R = np.eye(3)[:, columns]
     if axis.startswith("-"):
@@ -256,13 +260,16 @@ def _turn_to(axis: str) -> RotationMatrix:
 
 
 def turn_up(axis: str) -> RigidTransform:
-    """Computes the rotation that makes a signed axis of the robot's root point up."""
+    """Computes the rotation that turns a signed axis of the root upwards."""
     # First undo the rotation that turns x to the axis, then turn x to z.
     return RigidTransform(RotationMatrix.MakeYRotation(-0.5 * np.pi) @ _turn_to(axis).inverse())
 
 
 def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> RigidTransform:
-    """Computes the pose of a frame in a frame above it, joint by joint; a detour via the world loses digits."""
+    """Computes the pose of one frame in another, joint by joint.
+
+    A detour via the world would lose digits.
+    """
     X = last.GetFixedPoseInBodyFrame()
     body = last.body()
     while body.index() != first.body().index():
@@ -279,7 +286,10 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
 
 
 def sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
-    """Computes the combined inertia of bodies in a frame; a single body keeps the file's numbers."""
+    """Computes the combined inertia of bodies in a frame.
+
+    A single body keeps the numbers of the file.
+    """
     if len(bodies) == 1 and frame.GetFixedPoseInBodyFrame().IsExactlyIdentity():
         written = tree.description.inertials.get(tree.key(bodies[0]))
         if written is not None and written.in_link:
