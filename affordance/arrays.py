@@ -1,4 +1,4 @@
-"""Array types, attributes of labelled arrays, symmetric matrices, and read-only arrays of frozen dataclasses."""
+"""Array types, attributes of labelled arrays, symmetric matrices, and read-only fields."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,7 +13,7 @@ type Arrays = Mapping[str, NDArray[Any]]
 
 
 def about(units: str, long_name: str) -> dict[str, str]:
-    """Builds a variable's attributes: its unit ("1" if dimensionless) and its meaning."""
+    """Builds a variable's attributes: its unit ("1" if dimensionless) and meaning."""
     return {"units": units, "long_name": long_name}
 
 
@@ -29,7 +29,7 @@ def list_entries(matrix: Array) -> list[float]:
 
 
 def store_read_only(instance: object, **arrays: NDArray[Any]) -> None:
-    """Makes arrays read-only, and stores them as fields of a frozen dataclass."""
+    """Makes arrays read-only, and stores them in a frozen dataclass."""
     for name, array in arrays.items():
         array.setflags(write=False)
         object.__setattr__(instance, name, array)

@@ -40,10 +40,10 @@ _NO_READER = 141
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
-    """Runs a command, by default the process's own, and returns the exit status.
+    """Runs a command, by default that of this process. Returns the exit status.
 
-    Messages begin with ``program``. The status is 0, 2 for invalid input, 3 if some of the work could not be done,
-    130 after an interruption, or 141 if the reader of the output has closed it.
+    Messages begin with ``program``. The status is 0 after success, 2 for invalid input, 3 for partly failed work, 130
+    after an interruption, or 141 for a closed output pipe.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -72,13 +72,16 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
 
 
 def _drop_output() -> None:
-    """Leads standard output nowhere, since the interpreter flushes what could not be written again when it exits."""
+    """Redirects standard output to nowhere.
+
+    Otherwise the interpreter would try to flush it at exit, and fail.
+    """
     with contextlib.suppress(OSError, ValueError, AttributeError), Path(os.devnull).open("wb") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 def _run(words: Sequence[str], program: str) -> int:
-    """Runs the command that the words name and returns the exit status."""
+    """Runs a command, given as words, and returns the exit status."""
     if words and words[0] in SHORT:
         words = ["run", *words]
     if words[:1] == ["help"] and len(words) > 1:
@@ -132,7 +135,10 @@ def _run(words: Sequence[str], program: str) -> int:
 
 @contextlib.contextmanager
 def _ignore_working_folder() -> Iterator[None]:
-    """Lets processes that a command starts import no module of the working folder, as the console script does."""
+    """Keeps child processes from importing modules of the working folder.
+
+    The console script does the same.
+    """
     before = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
     try:
@@ -145,14 +151,17 @@ def _ignore_working_folder() -> Iterator[None]:
 
 
 def _list_programs(chosen: argparse.Namespace) -> list[Path]:
-    """Lists the files of a user's own learners that the options name."""
+    """Lists the files of user-written learners among the options."""
     given = getattr(chosen, "learner", None) or []
     words = [given] if isinstance(given, str) else given
     return [Path(word.rpartition(":")[0]) for word in words if ".py:" in str(word)]
 
 
 def describe_import_error(error: ImportError) -> str:
-    """Describes in one line a library that cannot be loaded; re-raises errors about the program's own modules."""
+    """Describes a missing library in one line.
+
+    Errors about the program's own modules are raised again.
+    """
     if (error.name or "").partition(".")[0] in ("affordance", "studies"):
         raise error
     if any(sign in str(error) for sign in _NO_MEMORY):
@@ -161,13 +170,13 @@ def describe_import_error(error: ImportError) -> str:
 
 
 def describe_memory_error(error: Exception) -> str:
-    """Describes in one line that memory ran out."""
+    """Describes in one line that memory is exhausted."""
     found = " ".join(str(error).split())
     return f"memory ran out{f' ({found})' if found else ''}; fewer --jobs, or smaller settings and files, take less"
 
 
 class ShownFormatter(logging.Formatter):
-    """Formatter of log messages that replaces invisible characters, and wraps lines on a terminal."""
+    """Formats log messages, replacing invisible characters and wrapping lines on a terminal."""
 
     @override
     def format(self, record: logging.LogRecord) -> str:
@@ -176,7 +185,7 @@ class ShownFormatter(logging.Formatter):
 
 
 def describe_system_error(error: OSError) -> str:
-    """Describes a system error in one line: the file, if known, and the fault."""
+    """Describes a system error in one line, with the file if known."""
     parts = (error.filename, error.strerror or str(error) or type(error).__name__)
     return show_text(" ".join(": ".join(str(part) for part in parts if part).split()))
 

@@ -1,4 +1,7 @@
-"""Errors that callers can act on; all derive from AffordanceError, and their text is always one line."""
+"""Errors that callers can handle.
+
+All derive from AffordanceError, and their text is one line.
+"""
 
 import difflib
 from collections.abc import Iterable
@@ -38,7 +41,10 @@ class AffordanceError(Exception):
 
 
 def find_hidden(text: str, allowed: str = "") -> str:
-    """Describes the first character that is neither printable nor allowed; empty if there is none."""
+    """Describes the first character that is neither printable nor allowed.
+
+    Empty without such a character.
+    """
     hidden = (each for each in text if not each.isprintable() and each not in allowed)
     return next((f"the hidden character U+{ord(each):04X}" for each in hidden), "")
 
@@ -60,14 +66,17 @@ def show_value(value: Any) -> str:
 
 
 def suggest(value: object, known: Iterable[str]) -> str:
-    """Suggests known names that contain a value as a word, or else the closest name; empty if none is close."""
+    """Suggests known names that contain a value as a word, or else the closest name.
+
+    Empty if no name is close.
+    """
     word, names = str(value)[:_SHOWN], list(known)
     near = [name for name in names if word in name.split("_")] or difflib.get_close_matches(word, names, n=1)
     return f"; did you mean {' or '.join(map(repr, near[:3]))}?" if near else ""
 
 
 def describe_choice(value: object, known: Iterable[str]) -> str:
-    """Describes a value that is not among the known names, and suggests the closest name."""
+    """Describes an unknown value, and suggests the closest known name."""
     names = list(known)
     shown = repr(value) if len(repr(value)) <= _SHOWN else f"{repr(value)[:_SHOWN]}..."
     return f"is {shown}, must be one of {', '.join(names)}{suggest(value, names)}"
@@ -131,12 +140,14 @@ class BadArgumentError(BadValueError, ValueError):
 
 
 class InfeasibleError(BadValueError):
-    """Error for a task that an arm cannot do although its files are valid."""
+    """Error for a valid task that an arm cannot do."""
 
 
 @dataclass(eq=False, repr=False)
 class ModelFileError(AffordanceError):
-    """Error for a robot description (SDF, URDF, directives) that cannot be loaded or lacks parts of an arm.
+    """Error for a robot description that cannot be loaded or lacks parts of an arm.
+
+    Formats are SDF, URDF and Drake directives.
 
     Attributes:
         path: Path of the file.
@@ -162,7 +173,7 @@ class ModelFileError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class UnavailableError(AffordanceError):
-    """Error for a part of the program that does not work on this machine because something is not installed.
+    """Error for a feature that needs software missing on this machine.
 
     ``part`` includes its verb, as in "rendered pictures are".
     """
@@ -191,9 +202,9 @@ class NoPlanError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class StallError(AffordanceError):
-    """Error for a simulation that exceeds the allowed number of steps at a simulated time, [s].
+    """Error for a simulation that exceeds the allowed number of steps.
 
-    ``touches`` are pairs of names of bodies in contact.
+    ``time`` is simulated, [s], and ``touches`` are pairs of names of bodies in contact.
     """
 
     tool: str

@@ -1,4 +1,4 @@
-"""Lists settings by name, and changes them, as in ``--set prior.sd=8000``.
+"""Lists and changes settings by name, as in ``--set prior.sd=8000``.
 
 A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model`` and the
 learner by ``learner``; their parameters are then named after the chosen one's fields, such as ``learner.kappa``. The
@@ -36,10 +36,12 @@ _MODEL_SOURCE = (
 
 
 class NamedSetting(NamedTuple):
-    """Setting with its name, which is a path of fields, its value, and its meaning.
+    """Setting with its name, value and meaning.
 
-    The unit is "1" if dimensionless, and empty if the value is not a number. The source is that of the default value,
-    or the reason for it.
+    The name is a path of fields.
+
+    The unit is "1" if dimensionless, and empty if the value is not a number. The source is a reference or reason for
+    the default value.
     """
 
     name: str
@@ -105,7 +107,10 @@ def parse_changes(words: Sequence[str]) -> dict[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """Parses a value as in a settings file; a value that is not YAML is a text."""
+    """Parses a value as in a settings file.
+
+    Invalid YAML counts as text.
+    """
     try:
         return parse_yaml(text, "value")
     except BadValueError:
@@ -119,7 +124,7 @@ def describe_changes(settings: Settings) -> dict[str, Any]:
 
 
 def list_usual(settings: Settings) -> list[NamedSetting]:
-    """Lists the defaults of all settings, with the usual parameters of the given learner."""
+    """Lists the defaults of all settings, including those of the given learner's parameters."""
     learner = [
         each
         for each in list_settings(replace(settings, learner=settings.learner.usual))
@@ -179,7 +184,7 @@ def _replace(holder: Any, path: Sequence[str], value: Any) -> Any:
 
 
 def read_meanings(kind: type) -> dict[str, str]:
-    """Reads the descriptions of a class's attributes from its docstring."""
+    """Reads attribute descriptions from a class's docstring."""
     _, _, attributes = (inspect.getdoc(kind) or "").partition("Attributes:\n")
     return {
         name: " ".join(text.split())

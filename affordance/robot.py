@@ -18,7 +18,9 @@ from affordance.plant.serial_chain import SerialChain
 
 @dataclass(frozen=True)
 class Robot:
-    """Robot loaded from a model folder, such as ``import_arm`` writes; by default the paper's arm.
+    """Robot loaded from a model folder, by default the paper's arm.
+
+    ``import_arm`` writes such folders.
 
     ``identify``, ``rank`` and ``TrialRunner`` accept it. Files are read when a property is first used.
 
@@ -54,7 +56,7 @@ class Robot:
 
     @property
     def name(self) -> str:
-        """Name of the folder without the digest of a cached import, or "the paper's arm"."""
+        """Name of the folder without a cache digest, or "the paper's arm"."""
         return name_robot(self.directives)
 
     @property

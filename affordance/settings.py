@@ -1,8 +1,8 @@
 """Settings shared by all simulations, such as prior, noise model, controller and arm.
 
-docs/decisions/ gives the source of each or the reason for it. Most were fixed before any experiment was run, but some
-were not: the mode of the prior was chosen after looking at the paper's figure 4, and others were changed after seeing
-results of this program; docs/trust.md lists them. A setting is a field with its bounds, unit and source;
+docs/decisions/ gives a source or reason for each. Most were fixed before any experiment was run. Exceptions are
+listed in docs/trust.md: the mode of the prior was chosen after looking at the paper's figure 4, and others were
+changed after seeing results of this program. A setting is a field with its bounds, unit and source;
 ``named_settings`` accesses settings by name.
 """
 

@@ -1,4 +1,4 @@
-"""Version of the installed program, as given in pyproject.toml, and git commit of its source folder."""
+"""Version of the installed program, from pyproject.toml, and its git commit."""
 
 import functools
 import importlib.metadata
@@ -14,9 +14,11 @@ _TIMEOUT = 10.0  # for a call of git, [s]
 
 @functools.cache
 def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
-    """Finds the git commit of a source folder: 40 digits, and ``-dirty`` if files have changed since.
+    """Finds the git commit of a source folder, 40 digits.
 
-    It is None if the folder is not in a repository, as for an installed program, or if git is missing.
+    It ends with ``-dirty`` if files have changed since.
+
+    Returns None if git is missing, or if the folder is not in a repository, as for an installed program.
     """
     git = shutil.which("git")
     if git is None or _ask(git, folder, "ls-files", "--error-unmatch", ".") is None:

@@ -1,7 +1,7 @@
 """Cost of a blow with one tool, as a function of the tool's inertial parameters.
 
-Swings are planned for a grid of tip speeds. The tool's inertia determines the effective mass at the tip, which
-determines the tip speed needed and thus the swing. Between two swings of the grid, costs are interpolated.
+Swings are planned for a grid of tip speeds. The tool's inertia determines the effective mass at the tip, and thus the
+required tip speed and swing. Costs are interpolated between swings of the grid.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,7 @@ _HALVINGS = 16
 
 @dataclass(frozen=True, eq=False)
 class BlowCost:
-    """Swings at all planned tip speeds, and their costs."""
+    """Swings at all planned tip speeds, with their costs."""
 
     nail: Nail
     force: float  # demanded peak of the nail's resistance, [N]
@@ -45,13 +45,16 @@ class BlowCost:
 
     @property
     def q_start(self) -> Array:
-        """Joint angles at the start, (num_joints,), [rad]; empty if no swing strikes the nail."""
+        """Joint angles at the start, (num_joints,), [rad].
+
+        Empty if no swing strikes the nail.
+        """
         return self.swings[0].q_start if self.swings else np.zeros(0)
 
     def compute_speed(self, pi: Array, force: float | None = None) -> Array:
-        """Computes the tip speed, (S,), [m/s], that gives slightly more than a peak force, [N].
+        """Computes the tip speed for slightly more than a peak force, (S,), [m/s].
 
-        None stands for the demanded force.
+        The force is in [N]; None is the demanded force.
         """
         aim = np.array(AIM * (self.force if force is None else force))
         # The posture at the strike, and with it the mass, hardly depends on the speed.
@@ -61,7 +64,9 @@ class BlowCost:
         return self._compute_speed(aim, mass)
 
     def _compute_speed(self, force: Array, mass: Array) -> Array:
-        """Computes the tip speed, (S,), [m/s], for a peak force, [N], and effective masses, (S,), [kg].
+        """Computes the tip speed for a peak force, (S,), [m/s].
+
+        The force is in [N], effective masses, (S,), in [kg].
 
         Geometry errors are modelled to first order, so a sample can be an impossible body with a negative effective
         mass at the tip. Such a body gets a speed beyond all swings.
@@ -71,16 +76,19 @@ class BlowCost:
         return np.where(possible, speed, _BEYOND * self.speeds[-1])
 
     def pick_swing(self, speed: float) -> Swing | None:
-        """Finds the slowest swing that reaches a speed, [m/s]; None if all are slower."""
+        """Finds the slowest swing that reaches a speed, [m/s].
+
+        Returns None if all swings are slower.
+        """
         near = int(np.searchsorted(self.speeds, speed))
         return self.swings[near] if near < len(self.swings) else None
 
     def compute(self, pi: Array, force: float | None = None) -> Costs:
-        """Computes the costs for S tools with inertial parameters pi about To, expressed in T, (S, 10).
+        """Computes the costs for S tools with parameters pi about To in T, (S, 10).
 
-        A tool that needs more speed than the fastest swing has is infeasible; one that needs less than the slowest
-        swing uses the slowest. ``force`` is the peak resistance, [N], at most the demanded one; None for the demanded
-        one.
+        A tool that needs more speed than the fastest swing is infeasible. A tool that needs less than the slowest
+        swing uses the slowest. ``force`` is the peak resistance, [N], at most the demanded force; None is the
+        demanded force.
         """
         if self.infeasible_reason:
             return Costs.of_nothing(len(pi))
@@ -99,9 +107,11 @@ class BlowCost:
         return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]), beyond * cost)
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Computes the largest loads on joints and grip before the strike, without its impact; see ``compute``.
+        """Computes the largest loads on joints and grip before the strike.
 
-        At speeds above the fastest swing, they grow with the square of the speed.
+        The impact is excluded; see ``compute``.
+
+        At speeds above the fastest swing, loads grow with the square of the speed.
         """
         if self.infeasible_reason:
             return Demand.of_nothing(len(self.joint_names), len(pi))
@@ -116,7 +126,10 @@ class BlowCost:
         return Demand(np.array(loads), force, moment)
 
     def explain_infeasibility(self, pi: Array) -> str:
-        """Describes the limit that rules out a blow with a tool, pi (10,); empty if the blow is feasible."""
+        """Describes the limit that makes a blow with a tool infeasible.
+
+        The parameters pi are (10,). The text is empty if the blow is feasible.
+        """
         if self.infeasible_reason or self.compute(pi[None]).feasible[0]:
             return self.infeasible_reason
         speed = self.compute_speed(pi[None])
@@ -130,9 +143,9 @@ class BlowCost:
         return f"{self.joint_names[worst]} must bear {load[0]:.3g} times its torque limit"
 
     def find_greatest_depth(self, pi: Array) -> float:
-        """Finds the depth, [m], to which a tool with parameters pi, (10,), can drive the nail.
+        """Finds the depth to which a tool can drive the nail, [m].
 
-        It is between the depth at which the nail is set and the demanded depth.
+        The tool has parameters pi, (10,). The depth is between the initial and the demanded depth of the nail.
         """
         low, high = self.nail.depth_set, self.nail.depth_demanded
         if self.compute(pi[None]).feasible[0]:
@@ -144,7 +157,10 @@ class BlowCost:
         return low
 
     def _interpolate(self, speed: Array, pi: Array, compute: _AtNode) -> tuple[Array, ...]:
-        """Interpolates quantities between the grid's tip speeds, for S tools with one speed each."""
+        """Interpolates quantities between the grid's tip speeds.
+
+        Each of S tools has one speed.
+        """
         last = len(self.speeds) - 1
         at = np.interp(speed, self.speeds, np.arange(last + 1.0))
         below = np.minimum(at.astype(int), max(0, last - 1))

@@ -1,4 +1,7 @@
-"""Carrying: the grip follows a path in the world frame W while the tool keeps its orientation, or keeps still."""
+"""Carrying: the grip follows a path in the world frame W.
+
+The tool keeps its orientation, or is held still.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +28,7 @@ _TILT = Within(1e-3, 1.5)
 
 @dataclass(frozen=True)
 class Carry(PathTask):
-    """Task, for any tool, of moving the grip along a path while the tool keeps its first orientation."""
+    """Carrying task: moves the grip along a path without rotating the tool."""
 
     tilt: Annotated[float, _TILT] = 0.1  # largest allowed rotation of the tool from its first orientation, [rad]
 
@@ -34,7 +37,7 @@ class Carry(PathTask):
         check_fields(self)
 
     def begin(self, model: ArmModel) -> Carrying:
-        """Builds the controller's task, and sets the model to rest in the start posture.
+        """Builds the controller's task, and puts the model at rest in the start posture.
 
         Raises:
             AffordanceError: If the arm cannot take the start posture.
@@ -45,7 +48,9 @@ class Carry(PathTask):
         return Carrying(self.path.build_trajectory(), q_start=q_start, X_WHstart=X_WH)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, which is the same for all tools, and returns its cost as a function of inertia.
+        """Plans the motion, which is the same for all tools.
+
+        Returns its cost as a function of inertia.
 
         Raises:
             NoPlanError: If the controller finds no plan.
@@ -86,7 +91,7 @@ _DURATION = Within(0.05, 3600.0)
 
 @dataclass(frozen=True)
 class Keep:
-    """Task, for any tool, of holding it still, which takes torque but no work."""
+    """Task of holding any tool still, which takes torque but no work."""
 
     duration: Annotated[float, _DURATION]  # [s]
     posture: Start = ()  # angles, [rad], of the joints that differ from the arm's home posture
@@ -96,7 +101,10 @@ class Keep:
         check_fields(self)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Builds the costs of the hold; raises an AffordanceError if the arm cannot take the posture."""
+        """Builds the cost of the hold.
+
+        An arm that cannot take the posture raises an AffordanceError.
+        """
         q = model.arm.find_posture(dict(self.posture))
         still = np.zeros((1, len(q)))
         return MotionCost(model, PlannedMotion(self.duration, q[None], still, still), measure=settings.cost_measure)

@@ -1,7 +1,7 @@
-"""Loads of a motion on joints and gripper, and the criteria by which options can be compared.
+"""Loads of a motion on joints and gripper, and criteria for comparing options.
 
-If the arm's own inertia dominates, the work hardly differs between grips. The joint torques relative to their limits,
-and the force and moment at the gripper, always do.
+If the arm's own inertia dominates, the work hardly differs between grips. Relative joint torques, and force and
+moment at the gripper, always differ.
 """
 
 import enum
@@ -26,7 +26,7 @@ class Demand(NamedTuple):
 
     @classmethod
     def of_nothing(cls, num_joints: int, num_samples: int) -> "Demand":
-        """Returns infinite loads, for a motion that is infeasible whatever the inertia."""
+        """Returns infinite loads, for a motion that no tool can do."""
         nothing = np.full(num_samples, np.inf)
         return cls(np.tile(nothing, (num_joints, 1)), nothing, nothing)
 
@@ -46,7 +46,10 @@ class Criterion(enum.Enum):
 
     @property
     def is_peak(self) -> bool:
-        """True for peak loads, which are compared by their 95 % quantile; others are compared by their mean."""
+        """True for peak loads, which are compared by their 95 % quantile.
+
+        Other costs are compared by their mean.
+        """
         return self in (Criterion.MARGIN, Criterion.GRIP)
 
 
@@ -54,7 +57,7 @@ _UNITS = {Criterion.WORK: "J", Criterion.EFFORT: "N^2 m^2 s", Criterion.MARGIN: 
 
 
 def compute_grip_peaks(regressors: Array, pi: Array) -> tuple[Array, Array]:
-    """Computes the largest force, [N], and moment about To, [N m], on S tools during a motion, (S,) each.
+    """Computes the largest force, [N], and moment about To, [N m], in a motion, (S,) each.
 
     The wrench that the hand exerts on a tool is linear in the tool's parameters.
 

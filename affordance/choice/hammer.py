@@ -52,7 +52,7 @@ _NUM_CHECKED = 50
 
 @dataclass(frozen=True)
 class Hammer:
-    """Task of driving a nail, with any tool, so that the nail's resistance reaches a demanded peak.
+    """Task of driving a nail with any tool until its resistance reaches a demanded peak.
 
     Attributes:
         nail: Nail to be driven.
@@ -77,7 +77,10 @@ class Hammer:
     start: Start = ()
 
     def list_easier(self) -> "Iterator[tuple[Hammer, str]]":
-        """Lists easier tasks with descriptions: slower swings, and nails that are driven less deep."""
+        """Lists easier tasks with descriptions.
+
+        Swings are slower, or nails are driven less deep.
+        """
         for pace in _EASIER_PACES:
             if self.duration * pace > _DURATION.high:
                 break
@@ -88,7 +91,9 @@ class Hammer:
             yield replace(self, nail=nail, force=nail.force_demanded), f"to a depth of {1e3 * depth:.3g} mm"
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
-        """Finds the striking point and the nail for a tool's parts; changes the model's state.
+        """Finds the striking point and the nail for a tool's parts.
+
+        The model's state is changed.
 
         The parts are posed relative to the hand.
 
@@ -104,10 +109,12 @@ class Hammer:
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
-        """Plans swings at increasing tip speeds, and returns the cost of the blow for any inertia of the tool.
+        """Plans swings at increasing tip speeds.
 
-        The highest speed is the one that a massless tool would need. The swings do not depend on the tool's inertia.
-        If no swing is possible, the result contains the reason.
+        Returns the cost of the blow for any inertia of the tool.
+
+        The highest speed is the speed that a massless tool would need. The swings do not depend on the tool's
+        inertia. If no swing is possible, the result contains the reason.
 
         Args:
             model: Model of the arm; its state and payload are changed.
@@ -148,7 +155,7 @@ class _BlowEntry(DataModel):
 
     @model_validator(mode="after")
     def check_place(self) -> Self:
-        """Rejects a blow without a direction, and one that starts too close to the nail or beyond it."""
+        """Rejects a blow without a direction, or starting too close to the nail or beyond it."""
         direction = np.array(self.direction)
         length = float(np.linalg.norm(direction))
         if length < _MIN_LENGTH:
@@ -174,13 +181,18 @@ class HammerEntry(NailEntry):
 
 
 def keep_strikers(options: Sequence[Option]) -> list[Option]:
-    """Keeps the options with a striking face; all of them if no tool has one (the paper's tools have none)."""
+    """Selects the options with a striking face.
+
+    All are kept if no tool has a striking face, like the paper's tools.
+    """
     kept = [option for option in options if any(part.strikes for part in option.features)]
     return kept or list(options)
 
 
 def load_hammer(path: StrPath) -> Hammer:
-    """Reads a nail file, which contains the nail and, under ``blow``, its position and the swing.
+    """Loads a nail file.
+
+    It contains the nail and, under ``blow``, its position and the swing.
 
     Raises:
         BadValueError: The file or one of its values is invalid; the message names file, key and fault.
@@ -219,7 +231,9 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
 
 
 def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float) -> str:
-    """Explains why no swing was found: the face points the wrong way at the start, or a joint limit is exceeded.
+    """Explains why no swing was found.
+
+    Either the face points the wrong way at the start, or a joint limit is exceeded.
 
     To find the joint, the swing is planned for an arm without limits of angle and rate.
     """
@@ -247,7 +261,7 @@ def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: fl
 
 
 def _describe_facing(model: ArmModel, target: Target) -> str:
-    """Describes the direction of a face that does not point along the blow, and the roll of the grip that helps."""
+    """Describes the wrong direction of a face, and the grip roll that corrects it."""
     model.set_posture(target.q_start)
     R_WH, direction_W = model.compute_hand_pose().rotation().matrix(), target.direction_W
     normal_W = R_WH @ target.normal_T
@@ -286,7 +300,7 @@ def plan_strike(
     pi: Array,
     settings: Settings,
 ) -> Strike:
-    """Plans one blow with a tool of inertial parameters pi about To, expressed in T, (10,).
+    """Plans one blow with a tool of parameters pi about To in T, (10,).
 
     Raises:
         AffordanceError: If no swing is fast enough.
@@ -307,7 +321,9 @@ def plan_strike(
 
 
 def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing with a given tip speed, [m/s], starting from a similar one, or from scratch if that fails.
+    """Plans a swing with a given tip speed, [m/s].
+
+    The search starts from a similar swing, or from scratch if that fails.
 
     Raises:
         AffordanceError: If no swing within position and velocity limits strikes as demanded.
@@ -319,7 +335,7 @@ def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, gu
 
 
 def sample_swing(swing: Swing, control_period: float) -> PlannedMotion:
-    """Samples a swing at every control period, with the mean acceleration over the period."""
+    """Samples a swing every control period, with the mean acceleration over the period."""
     times: Array = control_period * np.arange(round(swing.duration / control_period) + 1.0)
     q, v, _ = swing.evaluate(times)
     return PlannedMotion(control_period, q[:-1], v[:-1], np.diff(v, axis=0) / control_period)

@@ -1,6 +1,6 @@
-"""Inner simulation: the cost of a task under the belief, for each of several options (paper, IV-C and IV-D).
+"""Inner simulation: cost of a task under the belief for several options (paper, IV-C and IV-D).
 
-A motion is planned once per option; it gives the cost of the task for any density drawn from the belief.
+A motion is planned once per option; from the motion, the task's cost follows for any density drawn from the belief.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ from affordance.vision.prediction import measure_geometry
 
 
 class OptionCost(Protocol):
-    """Cost of a task with one option, as a function of the option's inertial parameters."""
+    """Cost of a task with one option, as a function of its inertial parameters."""
 
     @property
     def q_start(self) -> Array:
@@ -34,7 +34,10 @@ class OptionCost(Protocol):
 
     @property
     def infeasible_reason(self) -> str:
-        """Reason why the option cannot do the task, whatever its inertia; empty if it can."""
+        """Reason why the option cannot do the task with any inertia.
+
+        Empty if it can.
+        """
 
     def compute(self, pi: Array) -> Costs:
         """Computes the costs for inertial parameters pi, (S, 10)."""
@@ -60,7 +63,7 @@ class TaskCostModel(Protocol):
     """Task whose cost can be computed for any option."""
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> OptionCost:
-        """Plans the task with a tool whose parts are posed relative to the hand."""
+        """Plans the task with a tool, whose parts are posed relative to the hand."""
 
 
 def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
@@ -75,10 +78,13 @@ def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settin
 
 
 class Choice:
-    """Choice between options for one task, with motions that are planned once for all beliefs."""
+    """Choice between options for one task.
+
+    Motions are planned once for all beliefs.
+    """
 
     def __init__(self, options: Sequence[Option], cost_models: Sequence[OptionCost], settings: Settings) -> None:
-        """Stores options and the task's cost with each.
+        """Stores options, and the task's cost model for each.
 
         Raises:
             AffordanceError: If there is no option, or two have the same name.
@@ -94,7 +100,7 @@ class Choice:
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 
     def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
-        """Draws inertial parameters of all options from the belief, (options, num_samples, 10).
+        """Draws inertial parameters of all options, (options, num_samples, 10).
 
         Within a sample, a material's mean density is the same for all options. An object's own deviation from it, and
         the errors of its features, are the same for all grips of the object.
@@ -102,7 +108,7 @@ class Choice:
         return self.draw(memory, rng, num_samples).parameters
 
     def draw(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Draws:
-        """Draws densities and inertial parameters of all options from the belief; see ``draw_parameters``."""
+        """Draws densities and inertial parameters of all options; see ``draw_parameters``."""
         memory, columns = self._find_columns(memory)
         geometries = self._measure(columns, memory.belief.size)
         objects = {
@@ -126,10 +132,12 @@ class Choice:
         return self._recognise(memory)[0]
 
     def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
-        """Computes the parameters of all options, (options, S, 10), at densities in the order of ``add_colours``.
+        """Computes the parameters of all options, (options, S, 10), from densities.
 
-        Densities, (S, M), [kg/m^3], may omit colours that were first met here: these get their expected values given
-        the others.
+        Densities are in the order of ``add_colours``.
+
+        Densities, (S, M), [kg/m^3], may omit colours that are new here. These get their expected values given the
+        other densities.
         """
         met, geometries = self._recognise(memory)
         given = rho.shape[1]
@@ -140,12 +148,18 @@ class Choice:
         return self.grip({object_name: rho @ geometry.Phi.T for object_name, geometry in geometries.items()})
 
     def compute_costs(self, pi: Array) -> Costs:
-        """Computes the costs of all options, (options, S) each, for parameters pi, (options, S, 10)."""
+        """Computes the costs of all options, (options, S) each.
+
+        Parameters pi are (options, S, 10).
+        """
         costs = [cost_model.compute(parameters) for cost_model, parameters in zip(self.cost_models, pi, strict=True)]
         return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
 
     def compute_demands(self, pi: Array) -> Demand:
-        """Computes the loads of all options, (options, joints, S) and (options, S), for pi, (options, S, 10)."""
+        """Computes the loads of all options from pi, (options, S, 10).
+
+        The loads are (options, joints, S) and (options, S).
+        """
         demands = [cost_model.compute_demand(each) for cost_model, each in zip(self.cost_models, pi, strict=True)]
         return Demand(*(np.array(column) for column in zip(*demands, strict=True)))
 
@@ -158,7 +172,7 @@ class Choice:
         return memory, self._measure(columns, memory.belief.size)
 
     def _find_columns(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, list[int]]]:
-        """Finds the column of every part of every object in the belief of the returned memory."""
+        """Finds the column of every part in the belief of the returned memory."""
         indices: dict[str, list[int]] = {}
         for object_name, features in self._features.items():
             indices[object_name] = []
@@ -179,6 +193,6 @@ class Choice:
         }
 
     def grip(self, parameters: Mapping[str, Array]) -> Array:
-        """Computes the parameters of all options, (options, S, 10), from those of the objects in their own frames."""
+        """Converts parameters from object frames to all options, (options, S, 10)."""
         grips = zip(self.options, self._grip_maps, strict=True)
         return np.array([parameters[option.object_name] @ grip_map.T for option, grip_map in grips])

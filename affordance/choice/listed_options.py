@@ -1,4 +1,4 @@
-"""Lists the options that tools offer, from one observation, from drawings or from pictures."""
+"""Lists the options of tools from one observation, from drawings or from pictures."""
 
 from collections.abc import Sequence
 
@@ -38,16 +38,19 @@ def list_options(
 
 
 def list_drawn_options(tools: Sequence[Tool]) -> list[Option]:
-    """Lists the options of tools as drawn, with the errors of a drawing."""
+    """Lists the options of drawn tools, with the errors of a drawing."""
     return [option for tool in tools for option in list_grips(tool, measure_drawing(tool))]
 
 
 def seed_observation(tool: Tool, seed: Seed) -> list[int]:
-    """Returns the seed for observing a tool to choose from, which differs between tools."""
+    """Returns the seed for observing a candidate tool.
+
+    Seeds differ between tools.
+    """
     return [*check_seed(seed), Stream.OBSERVATION, *tool.name.encode()]
 
 
 def list_grips(tool: Tool, features: tuple[ComponentFeatures, ...]) -> tuple[Option, ...]:
-    """Lists the options of a tool with given features, one per grip."""
+    """Lists the options of a tool with given features, one option per grip."""
     grips = tool.grips or (Grip("", np.eye(4)),)
     return tuple(Option(tool.name, grip.name, features, grip.X_TG) for grip in grips)

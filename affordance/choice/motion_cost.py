@@ -1,4 +1,4 @@
-"""Cost of a planned motion for thousands of inertias drawn from the belief at once.
+"""Cost of a planned motion for thousands of inertias at once.
 
 A plan of least angular acceleration consists of joint accelerations. As long as no torque limit is active, it does
 not depend on the believed inertia of the tool; only its torques do, linearly in the inertial parameters
@@ -65,7 +65,10 @@ class Costs(NamedTuple):
 
 
 class Load(NamedTuple):
-    """Costs of a motion and its largest relative torque for each of S inertias, (S,); units are those of `Costs`."""
+    """Costs of a motion and its largest relative torque for S inertias, (S,) each.
+
+    Units are as in `Costs`.
+    """
 
     work: Array
     effort: Array
@@ -74,7 +77,9 @@ class Load(NamedTuple):
 
 
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
-    """Simulates the controller on its own planning model, a double integrator, from rest at the start of the task.
+    """Plans a motion by simulating the controller on a double integrator.
+
+    The motion starts at rest.
 
     Torque limits are ignored.
 
@@ -141,7 +146,7 @@ class MotionCost:
         self._effort = weight * self._torques.T @ self._torques
 
     def _compute_torques(self, model: ArmModel, states: tuple[Array, Array, Array]) -> Array:
-        """Computes the torques at N states of the motion, linear in [pi, 1], shape (N, num_joints, 11), [N m]."""
+        """Computes the torques at N states, linear in [pi, 1], (N, num_joints, 11), [N m]."""
         q, v, vdot = states
         tau_arm = np.empty_like(v)
         for node in range(len(q)):
@@ -156,18 +161,18 @@ class MotionCost:
         return q_start
 
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
-        """Returns a copy of the motion's costs that uses another cost measure."""
+        """Returns the costs under another cost measure."""
         other = copy.copy(self)
         other._measure = measure
         return other
 
     def compute(self, pi: Array) -> Costs:
-        """Computes the costs for S tools with inertial parameters pi about To, expressed in T, (S, 10)."""
+        """Computes the costs for S tools with parameters pi about To in T, (S, 10)."""
         work, effort, cost, load = self.compute_load(pi)
         return Costs(work, effort, (load <= 1.0) & (not self.infeasible_reason), cost)
 
     def compute_load(self, pi: Array) -> Load:
-        """Computes the costs and the largest torque relative to its limit; see ``compute``."""
+        """Computes the costs, and the largest torque relative to its limit; see ``compute``."""
         known = np.column_stack([pi, np.ones(len(pi))])
         effort = ((known @ self._effort) * known).sum(axis=1)
         work, load = np.empty((2, len(pi)))
@@ -187,7 +192,7 @@ class MotionCost:
         return Load(work, effort, cost, load)
 
     def compute_joint_loads(self, pi: Array) -> Array:
-        """Computes each joint's largest torque relative to its limit, (num_joints, S); see ``compute``."""
+        """Computes each joint's largest relative torque, (num_joints, S); see ``compute``."""
         known = np.column_stack([pi, np.ones(len(pi))])
         num_joints = self.motion.q.shape[1]
         greatest = np.empty((num_joints, len(pi)))
@@ -217,9 +222,9 @@ def _compute_states(motion: PlannedMotion, moments: NDArray[np.floating]) -> tup
 
 
 def _find_turns(curve: Array) -> NDArray[np.intp]:
-    """Finds rows of a curve, (K, M), between which it is straight to ``_STRAIGHT`` (Douglas and Peucker 1973).
+    """Finds the corners of a piecewise straight curve, (K, M) (Douglas and Peucker 1973).
 
-    Each column is compared with its largest absolute value.
+    The deviation between corners is at most ``_STRAIGHT`` of each column's largest absolute value.
     """
     curve = curve / np.maximum(np.abs(curve).max(axis=0), np.finfo(float).tiny)
     kept, spans = {0, len(curve) - 1}, [(0, len(curve) - 1)]
@@ -239,7 +244,7 @@ def _find_turns(curve: Array) -> NDArray[np.intp]:
 
 
 def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
-    """Describes which joint is at which limit in a row of a motion."""
+    """Describes the joint that is at a limit in a row of a motion."""
     q, v, limits = motion.q[row], motion.v[row], arm.limits
     gaps = np.minimum(q - limits.q_lower, limits.q_upper - q)
     joint = int(np.argmin(gaps))
@@ -255,7 +260,9 @@ def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
 
 
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:
-    """Computes absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion logged every control period.
+    """Computes absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a logged motion.
+
+    The log has a row per control period.
 
     Over a control period, torques are constant and velocities are almost linear in time.
 

@@ -1,7 +1,7 @@
-"""Sensitivity of a task's work to the position of a tool's parts.
+"""Sensitivity of a task's work to the position of tool parts.
 
-If it is large, as for a posture near a singularity, choices depend more on where the parts are than on what they are
-made of.
+If it is large, as for a posture near a singularity, choices depend more on the positions of the parts than on their
+materials.
 """
 
 import contextlib
@@ -20,7 +20,10 @@ SHIFT = 2e-3
 
 
 def list_shifted(tool: Tool) -> Iterator[Tool]:
-    """Yields copies of a tool with one part moved by SHIFT along an axis of T, in both directions: six per part."""
+    """Yields copies of a tool with one part moved by SHIFT along an axis of T.
+
+    There are six copies per part, for three axes and two directions.
+    """
     for index, part in enumerate(tool.components):
         for axis in range(3):
             for sign in (1.0, -1.0):
@@ -32,7 +35,7 @@ def list_shifted(tool: Tool) -> Iterator[Tool]:
 
 
 def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip) -> float:
-    """Computes the largest relative change in the work with a grip, over the tools of ``list_shifted``.
+    """Computes the largest relative change of work with a grip, over shifted tools (``list_shifted``).
 
     ``compute_work`` computes the work with a gripped tool, [J]. Shifted tools with which the arm cannot do the task,
     for instance because of a joint limit, are ignored.
@@ -51,7 +54,7 @@ def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip
 def measure_changes(
     compute_work: Callable[[Tool], float], tools: Sequence[Tool], *, jobs: int, description: str
 ) -> dict[str, float]:
-    """Computes the largest ``measure_change`` over all grips of each tool, in parallel processes."""
+    """Computes the largest ``measure_change`` over the grips of each tool, in parallel."""
     tasks = [partial(measure_change, compute_work, tool, grip) for tool in tools for grip in tool.grips]
     done = iter(run_tasks(tasks, jobs=jobs, description=description))
     return {tool.name: max(next(done) for _ in tool.grips) for tool in tools}

@@ -37,7 +37,10 @@ class Option:
     alike: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Stores a read-only copy of the pose; raises a BadArgumentError if it is not a rigid transform."""
+        """Stores a read-only copy of the pose.
+
+        A pose that is not a rigid transform raises a BadArgumentError.
+        """
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
     def __repr__(self) -> str:
@@ -56,7 +59,10 @@ class Option:
 
 
 def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Option]:
-    """Adds the weighings of tools to their options; those of parts only if the option distinguishes all parts."""
+    """Adds the weighings of tools to their options.
+
+    Weighings of parts are added only if the option distinguishes all parts.
+    """
     by_name = {tool.name: tool for tool in tools}
     weighed = []
     for option in options:
@@ -68,7 +74,9 @@ def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Opti
 
 
 def merge_alike(options: Sequence[Option]) -> list[Option]:
-    """Merges the grips of an object that are equivalent by symmetry into one option, the first of them.
+    """Merges equivalent grips of an object into its first option.
+
+    Grips are equivalent by symmetry.
 
     The object then has the same parts and striking faces in the hand, so that they cost the same in any task.
     """
@@ -85,7 +93,10 @@ def merge_alike(options: Sequence[Option]) -> list[Option]:
 
 
 def _describe_form(parts: Sequence[ComponentFeatures]) -> list[Array]:
-    """Describes an object's form in the hand as arrays of rows: parts with their colours, and striking faces."""
+    """Describes an object's form in the hand as arrays of rows.
+
+    Rows are parts with their colours, and striking faces.
+    """
     rows, faces = [], []
     for part in parts:
         J_E, turned = part.shape.unit_pseudo_inertia(), part.X_TE.copy()
@@ -101,7 +112,7 @@ def _describe_form(parts: Sequence[ComponentFeatures]) -> list[Array]:
 
 
 def _is_one_form(one: Sequence[Array], other: Sequence[Array]) -> bool:
-    """Returns True if two forms have the same rows, in any order."""
+    """Returns True if two forms have the same rows in any order."""
     for rows, others in zip(one, other, strict=True):
         left = list(others)
         for row in rows:

@@ -1,4 +1,4 @@
-"""Costs of options by a criterion, for given inertias; motions are planned only once per process."""
+"""Computes costs of options by a criterion. Motions are planned once per process."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -44,17 +44,23 @@ class GripBounds:
 
     @property
     def lever(self) -> float:
-        """Lever that converts a moment to a force, [m]: the ratio of the bounds if both are given."""
+        """Lever that converts a moment to a force, [m].
+
+        It is the ratio of the bounds if both are given.
+        """
         both = np.isfinite(self.force) and np.isfinite(self.moment)
         return self.moment / self.force if both else GRIP_LEVER
 
     def admit(self, force: Array, moment: Array) -> NDArray[np.bool_]:
-        """Returns True where a force, [N], and a moment, [N m], are within the bounds; all arrays have one shape."""
+        """Returns True where force, [N], and moment, [N m], are within the bounds.
+
+        All arrays have the same shape.
+        """
         return (force <= self.force) & (moment <= self.moment)
 
 
 class Amount(NamedTuple):
-    """Summary of a quantity under the belief: its mean, and the ends of its 90 % interval."""
+    """Mean and 90 % interval of a quantity under the belief."""
 
     mean: float
     p05: float
@@ -62,7 +68,10 @@ class Amount(NamedTuple):
 
     @classmethod
     def of(cls, samples: Array) -> "Amount":
-        """Summarises samples, (S,); infinite if any of them is not finite."""
+        """Summarises samples, (S,).
+
+        The amount is infinite if any sample is not finite.
+        """
         if not np.isfinite(samples).all():
             return cls(np.inf, np.inf, np.inf)
         low, high = np.quantile(samples, _LEVELS)
@@ -73,7 +82,10 @@ _UNKNOWN = Amount(np.nan, np.nan, np.nan)
 
 
 class Amounts(NamedTuple):
-    """Costs and largest loads of an option; loads are NaN if they were not computed."""
+    """Costs and largest loads of an option.
+
+    Loads are NaN if they were not computed.
+    """
 
     work: Amount  # absolute work of the joints, [J]
     effort: Amount  # integral of |tau|^2 dt, [N^2 m^2 s]
@@ -95,7 +107,7 @@ class Amounts(NamedTuple):
         return cls(work, effort, cost, margin, force, moment, joint_names[worst])
 
     def name_excess(self, bounds: GripBounds) -> str:
-        """Describes the limit that is exceeded most by the 95 % quantile of the loads."""
+        """Names the most exceeded limit at the 95 % quantile of the loads."""
         margin, force, moment = self.margin.p95, self.force.p95, self.moment.p95
         excess = {
             f"{self.joint} must bear {margin:.3g} times its torque limit": margin,
@@ -109,7 +121,10 @@ class Amounts(NamedTuple):
 
 
 def explain_excess(plan: OptionCost, pi: Array, bounds: GripBounds, joint_names: Sequence[str]) -> str:
-    """Describes why an option is infeasible for parameters pi, (S, 10): its motion, or the limit that it exceeds."""
+    """Explains why an option is infeasible for parameters pi, (S, 10).
+
+    The reason is its motion, or the limit that it exceeds.
+    """
     if plan.infeasible_reason:
         return plan.infeasible_reason
     return Amounts.of(plan.compute(pi), plan.compute_demand(pi), joint_names).name_excess(bounds)
@@ -118,7 +133,7 @@ def explain_excess(plan: OptionCost, pi: Array, bounds: GripBounds, joint_names:
 def price_options(
     choice: Choice, pi: Array, criterion: Criterion = Criterion.WORK, bounds: GripBounds | None = None
 ) -> tuple[Costs, Demand | None]:
-    """Computes the costs by a criterion, and the loads, of all options for inertial parameters, (options, S, 10).
+    """Computes costs by a criterion, and loads, of all options for pi, (options, S, 10).
 
     Without bounds the gripper can hold everything. Loads, which take more than half of the time, are then computed
     only if the criterion uses them.
@@ -136,7 +151,9 @@ def price_options(
 
 
 def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
-    """Plans a task with every option, once per process; options that cannot be planned have infinite cost.
+    """Plans a task with every option, once per process.
+
+    Options that cannot be planned have infinite cost.
 
     Raises:
         AffordanceError: If there is no option, or two have the same name.
@@ -147,7 +164,9 @@ def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Setti
 
 
 def plan_once(task: TaskCostModel, parts: Sequence[PosedShape], settings: Settings, arm: Arm) -> OptionCost:
-    """Plans a task with a tool's parts, or returns the cached plan for equal task, geometry, settings and arm.
+    """Plans a task with a tool's parts, or returns the cached plan.
+
+    Plans are shared by equal task, geometry, settings and arm.
 
     The parts are posed relative to the hand. Geometries are equal if the parts have equal shapes, poses and striking
     faces. If no motion can be planned, the cost is infinite and contains the reason.
@@ -161,7 +180,7 @@ def plan_once(task: TaskCostModel, parts: Sequence[PosedShape], settings: Settin
 
 @dataclass(frozen=True)
 class _Work:
-    """Task with a gripped tool; instances are compared only by their key."""
+    """Task with a gripped tool, compared only by its key."""
 
     key: tuple[object, ...]
     task: TaskCostModel = field(compare=False)
@@ -178,7 +197,7 @@ def _plan(work: _Work, settings: Settings, arm: Arm) -> OptionCost:
 
 @dataclass(frozen=True)
 class _Impossible:
-    """Infinite cost, whatever the inertia, of an option with which no motion could be planned."""
+    """Infinite cost of an option without any possible motion."""
 
     infeasible_reason: str
     num_joints: int

@@ -25,7 +25,7 @@ _NUM_CHECKED = 21
 
 @dataclass(frozen=True)
 class PathTask:
-    """Task, for any tool, of following a path from the start posture."""
+    """Task of following a path from the start posture with any tool."""
 
     path: TimedPath
 
@@ -41,21 +41,24 @@ class PathTask:
                 yield replace(self, path=path), words
 
     def _plan(self, model: ArmModel, following: Task, settings: Settings) -> PlannedMotion:
-        """Plans the motion; if there is no plan, the NoPlanError names the nearest point of the path."""
+        """Plans the motion.
+
+        If that fails, the NoPlanError names the nearest point of the path.
+        """
         try:
             return plan_motion(model, following, duration=self.duration, settings=settings)
         except NoPlanError as found:
             raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
 
     def _describe_place(self, model: ArmModel, motion: PlannedMotion, row: int) -> str:
-        """Describes a row of a motion by the nearest point of the path and the joint at a limit."""
+        """Describes a row of a motion by the nearest path point and the joint at a limit."""
         place = self.path.name_nearest_point(row * motion.control_period)
         return f"near {place}, {describe_limit(model.arm, motion, row)}"
 
 
 @dataclass(frozen=True)
 class Reach(PathTask):
-    """Task of moving the free end F of any tool along a path, from the start posture.
+    """Reaching task: moves the free end F of any tool along a path.
 
     Example:
         >>> from affordance import MODELS, Reach, load_path
@@ -89,7 +92,7 @@ class Reach(PathTask):
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, which does not depend on the tool's inertia, and returns its cost for any inertia.
+        """Plans the motion, which is the same for any inertia, and returns its cost.
 
         Args:
             model: Model of the arm; its state is changed.
@@ -103,7 +106,7 @@ class Reach(PathTask):
         return self.build_cost_of_end(model, find_free_end(parts), settings)
 
     def build_cost_of_end(self, model: ArmModel, p_TF: Array, settings: Settings) -> MotionCost:
-        """Plans the motion for all tools whose free end F is at p_TF, (3,), [m]; see ``build_cost``."""
+        """Plans the motion for all tools with free end F at p_TF, (3,), [m]; see ``build_cost``."""
         following = self.begin(model, p_TF)
         motion = self._plan(model, following, settings)
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
@@ -116,7 +119,10 @@ class Reach(PathTask):
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 
     def _find_rank_loss(self, model: ArmModel, motion: PlannedMotion, p_TF: Array) -> str:
-        """Describes where a motion first comes too close to rank loss; empty if it does not."""
+        """Describes where a motion first comes too close to rank loss.
+
+        Empty if it does not.
+        """
         for row in np.linspace(0, len(motion.q) - 1, _NUM_CHECKED).astype(int):
             if problem := describe_rank_loss(model, motion.q[row], p_TF):
                 time = row * motion.control_period

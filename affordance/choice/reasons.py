@@ -1,4 +1,4 @@
-"""Reasons for a choice: which material's uncertainty separates two options, and what would change the choice."""
+"""Reasons for a choice: decisive uncertainties, and changes that would reverse it."""
 
 import itertools
 from typing import NamedTuple
@@ -20,7 +20,7 @@ _PEAK = 0.95
 
 
 class Share(NamedTuple):
-    """Fraction of the uncertainty in the cost difference between two options that is due to one material."""
+    """Share of one material in the uncertainty of a cost difference between two options."""
 
     colour: Colour  # colour that identifies the material
     # Fraction of the variance that its density explains, [1]; can be negative if materials act against each other.
@@ -28,7 +28,10 @@ class Share(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """Density of one material beyond which another option would be chosen, with all other beliefs unchanged."""
+    """Density of one material beyond which another option would be chosen.
+
+    All other beliefs stay unchanged.
+    """
 
     colour: Colour  # colour that identifies the material
     density: float  # density at which the choice changes, [kg/m^3]
@@ -53,7 +56,7 @@ def find_reasons(
     *,
     is_peak: bool,
 ) -> Reasons:
-    """Finds the reasons for choosing the first option rather than the second, its nearest rival.
+    """Explains why the first option is chosen rather than the second, its nearest rival.
 
     Args:
         draws: Samples of the belief.
@@ -99,7 +102,10 @@ def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tupl
 def _find_turns(
     colour: Colour, density: Array, costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool
 ) -> list[Turn]:
-    """Finds the densities above or below which another option would be chosen, searching from both extremes."""
+    """Finds densities beyond which another option would be chosen.
+
+    The search starts from both extremes.
+    """
     num_bins = int(np.clip(len(density) // _PER_BIN, _FEWEST, _MOST))
     bins = np.array_split(np.argsort(density), num_bins)
     chosen = [_choose(costs[:, each], feasible[:, each], best, is_peak) for each in bins]
@@ -115,7 +121,10 @@ def _find_turns(
 
 
 def _choose(costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool) -> int:
-    """Chooses the best option for some samples; differs from ``best`` only if the improvement exceeds chance."""
+    """Chooses the best option for some samples.
+
+    It differs from ``best`` only if the improvement exceeds chance.
+    """
     usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
     values = np.quantile(costs, _PEAK, axis=1) if is_peak else costs.mean(axis=1)
     values = np.where(usable, values, np.inf)

@@ -1,4 +1,4 @@
-"""Loads tasks from files: by name from a model folder, or from any file by the kind of task that it names."""
+"""Loads tasks from files, by name from a model folder or from any file."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -29,7 +29,7 @@ _KIND = "kind"
 
 
 def list_tasks(models: Path) -> tuple[str, ...]:
-    """Lists the names of the tasks whose files exist in a model folder."""
+    """Lists the tasks whose files exist in a model folder, by name."""
     return tuple(name for name, file in TASK_FILES.items() if (models / file).is_file())
 
 
@@ -48,7 +48,7 @@ def load_task(models: Path, name: str, arm: Arm | None = None) -> TaskCostModel:
 
 
 def load_task_file(path: StrPath, arm: Arm | None = None) -> TaskCostModel:
-    """Loads a task from a file, whose key ``kind`` is hammer, reach, mash, carry or hold.
+    """Loads a task from a file with the ``kind`` hammer, reach, mash, carry or hold.
 
     Args:
         path: Task file.
@@ -62,7 +62,10 @@ def load_task_file(path: StrPath, arm: Arm | None = None) -> TaskCostModel:
 
 
 def _load(path: Path, default: str | None, arm: Arm | None) -> TaskCostModel:
-    """Loads a task from a file and checks its start posture; ``default`` is the kind if the file names none."""
+    """Loads a task from a file and checks its start posture.
+
+    ``default`` is the kind if the file has none.
+    """
     task = _build(path, default)
     if arm is not None:
         match task:
@@ -103,5 +106,5 @@ _BUILDERS: Mapping[str, Callable[[Path, Any], TaskCostModel]] = {
 
 
 def is_any_still(tasks: Iterable[TaskCostModel]) -> bool:
-    """Returns True if one of the tasks is to hold still, which takes no work."""
+    """Returns True if a task is to hold still, which takes no work."""
     return any(isinstance(task, Keep) for task in tasks)

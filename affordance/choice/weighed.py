@@ -1,4 +1,4 @@
-"""Evidence from weighings about the densities of objects and their materials."""
+"""Uses weighings as evidence about densities of objects and materials."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -21,7 +21,7 @@ _ODD = 5.0
 
 
 class WeighedObject(NamedTuple):
-    """Object that was weighed: its parts, the columns of their materials, and its measured masses."""
+    """Weighed object with its parts, their material columns, and its measured masses."""
 
     parts: Sequence[ComponentFeatures]
     columns: Sequence[int]
@@ -30,12 +30,12 @@ class WeighedObject(NamedTuple):
 
     @property
     def materials(self) -> tuple[int, ...]:
-        """Columns of its C different materials, in the order of its parts."""
+        """Columns of the object's C different materials, in the order of its parts."""
         return tuple(dict.fromkeys(self.columns))
 
 
 class Surprise(NamedTuple):
-    """Weighing that contradicts the belief; masses in [kg]."""
+    """Weighing that contradicts the belief, with masses in [kg]."""
 
     name: str
     mass: float
@@ -44,7 +44,7 @@ class Surprise(NamedTuple):
 
 
 def describe_weighings(weighed: WeighedObject, materials: Sequence[int] | None = None) -> Felt:
-    """Returns what an object's weighings tell about its own densities, as a hold does.
+    """Converts an object's weighings to evidence about its densities, as from a hold.
 
     Masses, in units of the SDs of their errors, take the place of torques. Errors of the drawing are the same in all
     weighings and holds of the object.
@@ -64,24 +64,27 @@ def describe_weighings(weighed: WeighedObject, materials: Sequence[int] | None =
 
 
 def compute_mass_errors(weighed: WeighedObject, rho: Array) -> Array:
-    """Computes how weighed masses change with the errors of the drawing, in standard deviations of these.
+    """Computes how weighed masses change with errors of the drawing.
 
     Args:
         weighed: Object of K parts with W weighings and G errors of its drawing.
         rho: Densities of the parts, shape (..., K), [kg/m^3].
 
     Returns: Derivatives, shape (..., W, G), [kg].
+
     """
     slopes: Array = np.einsum("wk,gk,...k->...wg", _mark_weighed(weighed), weighed.geometry.Phi_errors[:, 0], rho)
     return slopes
 
 
 def draw_drawing_errors(weighed: WeighedObject, rho: Array, rng: np.random.Generator) -> Array:
-    """Draws errors of a drawing, given weighings and samples of the densities that were conditioned on these.
+    """Draws errors of a drawing, given weighings and density samples.
+
+    The samples must be conditioned on the weighings.
 
     Given the densities, the weighed masses are linear in the errors e, m = V rho + G e + noise, and e is a priori
-    N(0, I), so that its posterior is normal too. Errors that were drawn from the prior would be counted twice: the
-    likelihood of the densities has them already.
+    N(0, I), so that its posterior is normal too. Errors from the prior would be counted twice, because they are part
+    of the densities' likelihood.
 
     Args:
         weighed: Object of K parts with G errors of its drawing.
@@ -108,10 +111,10 @@ def draw_drawing_errors(weighed: WeighedObject, rho: Array, rng: np.random.Gener
 def condition_on_weighings(
     belief: DensityBelief, objects: Mapping[str, WeighedObject], prior: Prior
 ) -> tuple[DensityBelief, tuple[Surprise, ...]]:
-    """Conditions the joint belief about the densities of N objects on weighings of some of them.
+    """Conditions the joint belief about N objects on weighings of some of them.
 
     A weighing is a hold, and the belief is the posterior given all of them (``affordance.belief.exact``): its moments
-    for each object, with correlations between objects by way of their materials' means.
+    for each object, with correlations between objects through their materials' means.
 
     An object whose weighing contradicts the belief about materials may be made of anything: the spread of its own
     densities becomes that of the prior of any material.
@@ -169,7 +172,7 @@ def condition_on_weighings(
 def condition_object(
     belief: DensityBelief, name: str, weighed: WeighedObject, prior: Prior
 ) -> tuple[DensityBelief, tuple[Surprise, ...]]:
-    """Conditions the belief about one object's own densities on its weighings; see ``condition_on_weighings``."""
+    """Conditions the belief about one object on its weighings; see ``condition_on_weighings``."""
     surprises = _find_surprises(belief, name, weighed)
     if surprises:
         wider = belief.covariance + prior.sd**2 * np.eye(belief.size)

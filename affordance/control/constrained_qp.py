@@ -1,4 +1,4 @@
-"""Quadratic program for minimum angular acceleration within limits; mpc.py states the problem.
+"""Quadratic program for minimum angular acceleration within limits; mpc.py defines it.
 
 The accelerations are the decision variables; angles and rates after each step are linear in them. There are many
 limits of angle and rate, but few become active, so only those that a plan without them violates are added: solve,
@@ -72,7 +72,9 @@ class AccelerationProgram:
             self._options.SetOption(ClarabelSolver.id(), name, _RESCUE_TOLERANCE)
 
     def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, guess: Array) -> Array | None:
-        """Solves for the accelerations, shape (num_steps, num_joints), [rad/s^2]; None if the solver failed.
+        """Solves for the accelerations, shape (num_steps, num_joints), [rad/s^2].
+
+        Returns None if the solver fails.
 
         Args:
             x: Present angles and rates, (2 num_joints,), [rad, rad/s].
@@ -98,7 +100,10 @@ class AccelerationProgram:
         return None if vdot is None else vdot.reshape(guess.shape)
 
     def _solve_within(self, lower: Array, upper: Array, guess: Array) -> Array | None:
-        """Solves with angles and rates between bounds, (2 N n,) each, adding the limits that are violated."""
+        """Solves within bounds on angles and rates, (2 N n,) each.
+
+        Violated limits are added.
+        """
         entered = np.zeros(len(lower), dtype=bool)
         vdot: Array = guess
         while True:
@@ -115,7 +120,9 @@ class AccelerationProgram:
             vdot = result.GetSolution(self._vdot)
 
     def _find_least_violation(self, lower: Array, upper: Array) -> Array | None:
-        """Computes the least violation of angle and rate limits, plus rounding, (2 N n,).
+        """Computes the least violation of angle and rate limits, (2 N n,).
+
+        Rounding errors are added.
 
         Returns None if the solver failed.
         """
@@ -128,7 +135,10 @@ class AccelerationProgram:
         return np.repeat(violation, len(lower) // 2)
 
     def _compute_margins(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Computes the distances of a coasting arm from the lower and upper limits, (2 N n,) each."""
+        """Computes distances of a coasting arm from its limits, (2 N n,) each.
+
+        Lower limits are first.
+        """
         num_steps = len(self._times)
         coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
         upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)

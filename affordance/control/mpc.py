@@ -30,7 +30,7 @@ from affordance.plant.arm_model import ArmModel
 
 
 class MpcStatus(enum.Enum):
-    """Status of a plan, which says how it was computed."""
+    """Status of a plan: how it was computed."""
 
     FREE = 0  # no limit is active: in closed form, or by the quadratic program if ``always_program``
     LIMITED = 1  # a limit is active: by the quadratic program
@@ -83,7 +83,9 @@ class MinimumAccelerationMpc:
         self._programs: dict[tuple[int, int], AccelerationProgram] = {}
 
     def solve(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans from x, (2 num_joints,), [rad, rad/s], to a goal; changes the model's state.
+        """Plans a motion from state x to a goal. This changes the model's state.
+
+        The state is (2 num_joints,), [rad, rad/s].
 
         If the status is FAILED, accelerations and torques are NaN.
         """
@@ -114,15 +116,18 @@ class MinimumAccelerationMpc:
         return trajectory.reshape(3 * self.settings.num_steps, -1)
 
     def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans within the limits, using a convex quadratic program.
+        """Plans within the limits with a convex quadratic program.
 
-        Arguments and result are those of ``solve``; without an active limit, so is the optimum. The limits that the
-        plan without limits violates are added first.
+        Arguments and result are as in ``solve``, which finds the same optimum if no limit is active. Limits that the
+        unlimited plan violates are added first.
         """
         return self._run_program(x, goal, model, guess=self.solve_free(x, goal)[: self.settings.num_steps])
 
     def _solve_by_program(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans with the quadratic program only, first adding the limits that a coasting arm would violate."""
+        """Plans with the quadratic program only.
+
+        Limits that a coasting arm would violate are added first.
+        """
         n = len(x) // 2
         solution = self._run_program(x, goal, model, guess=np.zeros((self.settings.num_steps, n)))
         if solution.status is MpcStatus.FAILED:
@@ -149,7 +154,7 @@ class MinimumAccelerationMpc:
         return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
 
     def continue_plan(self, vdot: Array, elapsed: float) -> Array:
-        """Returns the present accelerations, (num_joints,), [rad/s^2], of an earlier plan.
+        """Returns the accelerations that an earlier plan has now, (num_joints,), [rad/s^2].
 
         Args:
             vdot: Accelerations of the plan, (num_steps, num_joints), [rad/s^2]; zero after its end.
@@ -160,7 +165,9 @@ class MinimumAccelerationMpc:
         return vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
 
     def _compute_trajectory_gain(self, goal: TerminalGoal) -> Array:
-        """Computes the gain from [x, d_q, d_v] to the trajectory, (3 num_steps n, 2 n + m_q + m_v), for n joints.
+        """Computes the gain from [x, d_q, d_v] to the trajectory of n joints.
+
+        Its shape is (3 num_steps n, 2 n + m_q + m_v).
 
         With S = C terminal in the units of e, and r = d - C [q + T v, v] the error of coasting in the same units, the
         optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
@@ -188,5 +195,8 @@ class MinimumAccelerationMpc:
 
 
 def _is_all(flags: NDArray[np.bool_]) -> bool:
-    """Returns True if all flags are true; takes a third of the time of ``flags.all()``, which is partly in Python."""
+    """Returns True if all flags are true.
+
+    This takes a third of the time of ``flags.all()``, which is partly in Python.
+    """
     return bool(np.count_nonzero(flags) == flags.size)

@@ -1,6 +1,6 @@
-"""Tasks of following a path in the world frame W: with the free end F of a tool T, or with the unrotated hand H.
+"""Tasks of following a path in the world frame W with tool or hand.
 
-The reasons are in docs/decisions/0012-reaching.md.
+The free end F of a tool T follows the path, or the hand H does so without rotating (docs/decisions/0012-reaching.md).
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,9 @@ _DAMPING = 0.01
 
 
 class PathFollowing(Task):
-    """Task of following a path with a point F of a given tool; after its end the path stays at its last point.
+    """Task of following a path with a point F of a given tool.
+
+    After its end, the path stays at its last point.
 
     The goal is F's position on the path at the end of the horizon, and the smallest joint rates that give F the
     path's velocity there: null-space motion is free but must not drift. The position is linearised at the posture to
@@ -44,7 +46,7 @@ class PathFollowing(Task):
         self._every_joint = np.eye(len(q_start))
 
     def compute_reference(self, time: float) -> tuple[Array, Array]:
-        """Computes the reference position and velocity of F at a time, p_WF and v_WF, (3,) each, [m, m/s]."""
+        """Computes reference position and velocity of F, p_WF and v_WF, (3,) each, [m, m/s]."""
         time = min(max(time, self._path.start_time()), self._path.end_time())
         return self._p_WFstart + self._path.value(time)[:, 0], self._path.EvalDerivative(time)[:, 0]
 
@@ -53,7 +55,10 @@ class PathFollowing(Task):
         return np.array([self.compute_reference(time)[0] for time in times])
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal: the path's position, and the smallest joint rates along it, at the horizon's end."""
+        """Computes the goal at the horizon's end.
+
+        It has the path's position, and the smallest joint rates along the path.
+        """
         q, v = x[: len(x) // 2], x[len(x) // 2 :]
         q_end = q + horizon * v
         model.set_state(np.concatenate([q_end, v]))
@@ -62,19 +67,19 @@ class PathFollowing(Task):
         return TerminalGoal(J, miss + J @ q_end, self._every_joint, v_least)
 
     def _compare(self, model: ArmModel, p_WFend: Array, v_WFend: Array) -> tuple[Array, Array, Array]:
-        """Computes F's Jacobian, (3, num_joints), its displacement to the reference, and its demanded velocity."""
+        """Computes F's Jacobian, (3, num_joints), displacement and demanded velocity."""
         p_WF = model.compute_point_position(self._p_TF)
         return model.compute_point_jacobian(self._p_TF), p_WFend - p_WF, v_WFend
 
 
 class Carrying(PathFollowing):
-    """Task of following a path with the hand, F = Ho, without rotating it.
+    """Task of following a path with the unrotated hand, F = Ho.
 
-    The goal has three more rows: the orientation at the start, and zero angular velocity.
+    The goal has three more rows, which keep the first orientation with zero angular velocity.
     """
 
     def __init__(self, path: Trajectory, *, q_start: Array, X_WHstart: Array) -> None:
-        """Stores the path, which is relative to its start, and the joint angles and hand pose at the start.
+        """Stores the path, and joint angles and hand pose at its start.
 
         Args:
             path: Positions in W relative to the start, (3, 1), [m].
@@ -85,7 +90,10 @@ class Carrying(PathFollowing):
         self._R_WHstart = X_WHstart[:3, :3]
 
     def _compare(self, model: ArmModel, p_WFend: Array, v_WFend: Array) -> tuple[Array, Array, Array]:
-        """Computes the hand's Jacobian, (6, num_joints), displacement and velocity, (6,), with rotations first."""
+        """Computes the hand's Jacobian, (6, num_joints), displacement and velocity, (6,).
+
+        Rotations are first.
+        """
         X_WH = model.compute_hand_pose()
         turn_W = AngleAxis(rotation=self._R_WHstart @ X_WH.rotation().matrix().T)
         miss = np.concatenate([turn_W.angle() * turn_W.axis(), p_WFend - X_WH.translation()])

@@ -1,4 +1,4 @@
-"""Planning problem of the controller: settings of the horizon, and the goal at its end."""
+"""Planning problem of the controller: horizon settings, and the goal at its end."""
 
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
@@ -49,7 +49,10 @@ class TerminalGoal(NamedTuple):
 
 
 def compute_responses(settings: MpcSettings) -> tuple[Array, Array]:
-    """Computes angles and rates after each step (rows) per unit acceleration in each step (columns), (N, N) each."""
+    """Computes responses of angles and rates to accelerations, (N, N) each.
+
+    Rows are times after each step, columns unit accelerations in each step.
+    """
     N = settings.num_steps
     h = settings.horizon / N
     steps = np.arange(1, N + 1)

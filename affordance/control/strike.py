@@ -1,4 +1,4 @@
-"""Striking: the arm swings the tool at a nail, drives the nail, and returns to rest."""
+"""Striking task: the arm swings a tool, drives a nail, and returns to rest."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ _MARGIN = 0.02
 
 
 class Strike(Task):
-    """Task of executing a swing.
+    """Task of executing a swing and returning to rest.
 
     Until the strike, the goal is the swing's state at the end of the horizon, which never extends beyond the strike,
     where the swing ends. A swing has minimum acceleration between any two of its points, so a controller that
@@ -46,15 +46,21 @@ class Strike(Task):
 
     @property
     def contact(self) -> tuple[float, float]:
-        """Start and end of the time in which the tool may touch the nail, [s]."""
+        """Interval in which the tool may touch the nail: start and end, [s]."""
         return self._strike - _MARGIN, self._turn + _MARGIN
 
     def compute_duration(self, horizon: float) -> float:
-        """Computes the time until the arm is at rest again, for a controller with the given horizon, [s]."""
+        """Computes the time until the arm is at rest again, [s].
+
+        The controller has the given horizon.
+        """
         return self._turn + self.swing.duration + 2.0 * horizon
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses a horizon that ends at the strike; zero from shortly before the strike until the blow is over."""
+        """Chooses a horizon that ends at the strike.
+
+        It is zero from shortly before the strike until the blow is over.
+        """
         left = self._strike - time
         if left >= longest - 0.5 * self._control_period or time > self._turn - 0.5 * self._control_period:
             return longest

@@ -22,14 +22,14 @@ _LOG = logging.getLogger(__name__)
 
 
 class ControlCounts(NamedTuple):
-    """Numbers of control periods in a trial in which a limit was active, and in which no new plan was found."""
+    """Numbers of control periods with an active limit, and without a new plan."""
 
     limited: int
     failed: int
 
 
 class MpcController(SampledSystem):
-    """Controller that replans every control period and holds the torque until the next one.
+    """Controller that replans every control period and then holds the torque.
 
     The discrete state consists of the held torque, the plan, and counts of control periods. The task chooses the
     horizon; if it is zero, the previous plan continues. The same happens, with a logged warning, if the solver fails.
@@ -84,12 +84,12 @@ class MpcController(SampledSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(control_period, 0.0, self._update)
 
     def get_counts(self, context: Context) -> ControlCounts:
-        """Returns the numbers of control periods so far that were limited and that failed."""
+        """Returns the numbers of limited and of failed control periods so far."""
         limited, failed = context.get_discrete_state(self._counts).value()
         return ControlCounts(int(limited), int(failed))
 
     def _calc_payload(self, context: Context) -> Array:
-        """Computes the inertial parameters at the point estimate of the belief, once per belief."""
+        """Computes inertial parameters at the belief's point estimate, once per belief."""
         belief = self._belief.Eval(context)
         rng = np.random.default_rng(self.seed.get(context))
         return belief.compute_parameters(belief.densities.compute_point_estimate(self._point_estimate, rng))

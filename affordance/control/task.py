@@ -1,4 +1,4 @@
-"""Tasks of the controller: their interface, their start postures, and holding an object where it was handed over.
+"""Tasks of the controller: interface, start postures, and holding an object still.
 
 The goal of a hold is the hand's pose and, in its null space, the arm's posture. A posture determines the hand's pose,
 so the joint angles closest to both are exactly those of the posture, and nothing needs to be linearised
@@ -27,14 +27,18 @@ class Task(Protocol):
     q_start: Array  # joint angles at the start, at rest, shape (num_joints,), [rad]
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses the horizon, [s], a whole number of control periods; zero continues the previous plan.
+        """Chooses the horizon, [s], as a whole number of control periods.
 
-        By default it is the longest one.
+        Zero continues the previous plan.
+
+        By default it is the longest horizon.
         """
         return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal at the end of the horizon, [s], from the state x, (2 num_joints,), [rad, rad/s].
+        """Computes the goal at the end of the horizon, [s].
+
+        The state x is (2 num_joints,), [rad, rad/s].
 
         The model's state may be changed. Matrices that do not change should be the same arrays in every call, so that
         their factors can be cached.
@@ -53,9 +57,9 @@ type StartEntry = Annotated[
 
 
 def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
-    """Raises a BadValueError if the arm cannot take a start posture from a task file.
+    """Checks that the arm can take a start posture from a task file.
 
-    The message names the file, ``key``, and the joint.
+    Otherwise a BadValueError names the file, ``key``, and the joint.
     """
     for name, angle in start:
         try:
@@ -76,5 +80,5 @@ class Hold(Task):
             array.setflags(write=False)
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Returns the goal of rest in the posture to hold, whatever the state and time."""
+        """Returns the goal: rest in the posture to hold, at any state and time."""
         return self._goal

@@ -50,13 +50,16 @@ class TimedPath:
         check_fields(self)
 
     def describe_error(self, error: float) -> str:
-        """Describes the error of a motion that leaves the path, [m]; empty if it is within the tolerance."""
+        """Describes the error of a motion that leaves the path, [m].
+
+        Empty within the tolerance.
+        """
         if error <= self.tolerance:
             return ""
         return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"
 
     def name_nearest_point(self, time: float) -> str:
-        """Describes the given point that is nearest in space to the path's position at a time, [s]."""
+        """Describes the given point nearest to the path's position at a time, [s]."""
         place = self.build_trajectory().value(min(max(time, 0.0), self.duration))[:, 0]
         nearest = int(np.argmin(np.linalg.norm(np.array([(0.0, 0.0, 0.0), *self.points]) - place, axis=1)))
         if nearest == 0:
@@ -65,10 +68,11 @@ class TimedPath:
         return f"point {nearest} of {len(self.points)} at [{where}]"
 
     def list_easier(self, paces: Sequence[float], sizes: Sequence[float]) -> "Iterator[tuple[TimedPath, str]]":
-        """Lists the path and easier variants (mirrored, slower, and finally smaller), each with a description.
+        """Lists the path and easier variants, each with a description.
 
-        The first one is the path itself, with an empty description. Variants with a duration that a file may not have
-        are left out.
+        Variants are mirrored, slower, and finally smaller.
+
+        The first entry is the path itself, with an empty description. Durations that files may not have are left out.
 
         Args:
             paces: Factors on the duration, starting with 1.
@@ -87,7 +91,9 @@ class TimedPath:
                     yield replace(self, points=rows, duration=self.duration * pace), ", ".join(words)
 
     def build_trajectory(self) -> Trajectory:
-        """Builds the trajectory of the position relative to the start, (3, 1), [m]; at rest before and after.
+        """Builds the trajectory relative to the start, (3, 1), [m].
+
+        It is at rest before and after.
 
         The curve is a cubic spline over the chord length, or a line if there is only one point. The timing is
         s(t) = 10 u^3 - 15 u^4 + 6 u^5 with u = t / duration (Flash & Hogan 1985, eq. 3).

@@ -13,7 +13,10 @@ _NEEDED = 1_000_000_000
 
 
 def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
-    """Creates the renderer; a missing system library, or too little memory, raises an UnavailableError."""
+    """Creates the renderer.
+
+    A missing system library, or too little memory, raises an UnavailableError.
+    """
     room = _find_room()
     if room < _NEEDED:
         problem = f"{room / 1e9:.2f} GB of address space are left, must be at least {_NEEDED / 1e9:g} GB"
@@ -25,7 +28,10 @@ def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
 
 
 def _find_room() -> float:
-    """Computes the address space left to this process, [bytes]; infinite without a limit, or if unknown."""
+    """Computes the address space left to this process, [bytes].
+
+    It is infinite without a limit, or if unknown.
+    """
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     sizes = Path("/proc/self/statm")  # on Linux
     if most == resource.RLIM_INFINITY or not sizes.exists():

@@ -1,4 +1,7 @@
-"""Base class for sampled or algebraic systems without continuous state, with Python objects on ports."""
+"""Base class for systems without continuous state, with Python objects on ports.
+
+They are sampled or algebraic.
+"""
 
 import weakref
 from collections.abc import Callable
@@ -38,7 +41,10 @@ class Cached[T]:
         self.ticket = system.cache_entry_ticket(index)
 
     def get(self, context: Context) -> T:
-        """Returns the value in a Context of the system, recomputed only if a prerequisite has changed."""
+        """Returns the value in a Context of the system.
+
+        It is recomputed only if a prerequisite has changed.
+        """
         system: Any = self._system()
         return cast(T, system.get_cache_entry(self._index).Eval(context))
 
@@ -79,24 +85,36 @@ class SampledSystem(LeafSystem):
         return cast(Source[Array], self.DeclareVectorInputPort(name, size))
 
     def declare_object_input(self, name: str) -> Source[Any]:
-        """Declares an input port for objects; annotate the variable that holds it with their type."""
+        """Declares an input port for objects.
+
+        Annotate the variable that holds the port with their type.
+        """
         return cast(Source[Any], self.DeclareAbstractInputPort(name, Value[object]()))
 
     def declare_object_output(
         self, name: str, calc: Callable[[Context], object], prerequisites: set[DependencyTicket]
     ) -> None:
-        """Declares an output port for the object that ``calc`` returns; recomputed if a prerequisite changes."""
+        """Declares an output port for the object that ``calc`` returns.
+
+        It is recomputed if a prerequisite changes.
+        """
         self.DeclareAbstractOutputPort(name, Value[object], _make_setter(calc), prerequisites_of_calc=prerequisites)
 
     def declare_cached[T](
         self, name: str, calc: Callable[[Context], T], prerequisites: set[DependencyTicket]
     ) -> Cached[T]:
-        """Declares a cache entry for the object that ``calc`` returns; it is recomputed if a prerequisite changes."""
+        """Declares a cache entry for the object that ``calc`` returns.
+
+        It is recomputed if a prerequisite changes.
+        """
         producer = ValueProducer(allocate=Value[object], calc=_make_setter(calc))
         return Cached(self, self.DeclareCacheEntry(name, producer, prerequisites).cache_index())
 
     def declare_object_parameter(self, initial: object = None) -> ObjectParameter[Any]:
-        """Declares an object parameter of the Context; without an initial value, it must be set before use."""
+        """Declares an object parameter of the Context.
+
+        Without an initial value, it must be set before use.
+        """
         index = self.DeclareAbstractParameter(Value[object]() if initial is None else AbstractValue.Make(initial))
         return ObjectParameter(index, self.abstract_parameter_ticket(AbstractParameterIndex(index)))
 
@@ -106,7 +124,9 @@ class SampledSystem(LeafSystem):
 
 
 class ObjectSource[T](SampledSystem):
-    """Source of a Python object, which is a parameter of the Context and must be set before use.
+    """Source of a Python object, which is a parameter of the Context.
+
+    The object must be set before use.
 
     Output ports: the object, named by the constructor's argument.
     """
@@ -127,7 +147,10 @@ class ObjectSource[T](SampledSystem):
 
 
 def _make_setter(calc: Callable[[Context], object]) -> Callable[[object, object], None]:
-    """Wraps a method in the form that Drake calls; the reference is weak so that its owner can be freed."""
+    """Wraps a method in the form that Drake calls.
+
+    The reference is weak so that its owner can be freed.
+    """
     method: Any = weakref.WeakMethod(calc)
 
     def set_value(context: Any, output: Any) -> None:

@@ -1,8 +1,8 @@
 """Simulation II (paper, IV-B): the centre of mass of objects of equal weight.
 
 Two objects of wood and steel are held several times; the second is the first turned around. With the densities
-learned from them, each is held once more, and so is a decoy that looks like the first but is made like the second.
-Expected: the two objects stay in place, and the decoy rises (figure 6).
+learned from them, each is held once more, and so is a decoy with the look of the first and the materials of the
+second. Expected: the two objects stay in place, and the decoy rises (figure 6).
 """
 
 import itertools
@@ -67,7 +67,10 @@ PREDICTED = {"height_extreme_m": "largest excursion of each object's geometric c
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; raises a BadValueError for objects that do not fit it."""
+    """Runs the experiment.
+
+    Unsuitable objects raise a BadValueError.
+    """
     tools = read(setup)
     experience = gain_experience(setup, tools[:2])
     data = run_observers("com", setup, observe, tools, experience, follows_from=(tools, gain_experience))
@@ -135,7 +138,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the numbers of each observer of every learner."""
+    """Computes the results of each observer for every learner."""
     tools = read(setup)
 
     def measure_one(setup: Setup) -> dict[str, Measure]:
@@ -179,7 +182,9 @@ def read(setup: Setup) -> Sequence[Tool]:
 def hold(
     setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int
 ) -> tuple[MaterialMemory, list[TrialRecord]]:
-    """Lets an observer who learned from the first two objects hold all three, without learning more.
+    """Simulates holds of all three objects by an observer who knows the first two.
+
+    The observer learns nothing more.
 
     Returns: Memory after the experience, and the record of each trial.
     """
@@ -196,7 +201,10 @@ def hold(
 
 
 def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int) -> xr.Dataset:
-    """Runs one observer; returns heights of three points over time, and the parameters predicted from sight."""
+    """Simulates one observer.
+
+    Returns heights of three points over time, and the parameters predicted from sight.
+    """
     settings = setup.settings
     memory, records = hold(setup, tools, experience, observer)
     predicted = []
@@ -235,9 +243,9 @@ def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observe
 
 
 def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, Measure]:
-    """Computes the numbers of each observer, and says how each is summarised over observers.
+    """Computes the numbers of each observer, and how they are summarised.
 
-    Errors leave out the decoy, which is meant to be misjudged.
+    The decoy, which is meant to be misjudged, does not count in errors.
     """
     far = find_excursion(data.height_centre)
     predicted = data.predicted.isel(trial=slice(2))
@@ -264,7 +272,7 @@ def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, Measure]:
 
 
 def _summarise_error(name: str, values: xr.DataArray) -> dict[str, float]:
-    """Summarises errors of both objects by one median."""
+    """Summarises the errors of both objects by one median."""
     return {name: float(values.median())}
 
 
@@ -292,7 +300,7 @@ def summarise(found: Mapping[str, Measure], tools: Sequence[Tool]) -> dict[str, 
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges the paper's claims about figure 6."""
+    """Tests the paper's claims about figure 6."""
     deviation, far = n["deviation_m"], n["height_extreme_m"]
     return [
         claim("mass_and_com", "paper IV-B; bounds are ours",
@@ -337,7 +345,7 @@ def tabulate_densities(n: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def join_lifts(learning: pd.DataFrame, test: pd.DataFrame) -> pd.DataFrame:
-    """Joins the lifts of both passes, observer by observer."""
+    """Joins the lifts of both phases, observer by observer."""
     test["lift"] += learning["lift"].max()
     return pd.concat([learning, test]).sort_values(["observer", "lift"], kind="stable")
 

@@ -1,9 +1,9 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering with a tool that was never held.
 
-Observers hold the first two objects of Simulation II. After each trial they choose by which end to hold a novel tool
-so that driving a nail with a demanded peak force takes the least absolute work of the joints. They never hold it.
-Simulated blows, with contact, show which grip is truly cheaper. Expected: the share of correct choices grows from
-chance to 65 % after one trial and to 100 % after two (figure 10).
+Observers hold the first two objects of Simulation II. After each trial they choose the end by which to hold a novel
+tool, which they never hold. The right grip drives a nail, with a demanded peak force, at the least absolute work of
+the joints. Simulated blows, with contact, show which grip is truly cheaper. Expected: the share of correct choices
+grows from chance to 65 % after one trial and to 100 % after two (figure 10).
 """
 
 from collections.abc import Mapping, Sequence
@@ -64,7 +64,10 @@ RATIO, SHARE = Unit(digits=3), Unit("%", scale=100.0, digits=1)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; raises a BadValueError for objects or a nail that do not fit it."""
+    """Runs the experiment.
+
+    Unsuitable objects, or an unsuitable nail, raise a BadValueError.
+    """
     held, tools, task = read(setup)
     choices, costs, blows = plan_blows(setup, tools, task, setup.models / NAIL)
     for tool in tools:
@@ -184,7 +187,9 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
 
 
 def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, observer: int) -> xr.Dataset:
-    """Lets one observer choose a grip of each tool, before the first hold of other objects and after each.
+    """Simulates one observer's choices of a grip for each tool.
+
+    Choices are made before the first hold of other objects and after each.
 
     The paper's rule compares the work at one density of each material, drawn from the belief. Bayes' rule compares
     the work expected over the whole belief; it is applied to the first tool only.
@@ -215,7 +220,9 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
 
 
 def measure(blows: Mapping[str, Blow]) -> dict[str, Any]:
-    """Computes the cost and the outcome of the simulated blows with a tool of known densities, by grip.
+    """Computes cost and outcome of simulated blows with a tool, by grip.
+
+    The tool's densities are known.
 
     Energies are absolute work of the joints, [J]; effort is the integral of torque squared, [N^2 m^2 s]. The measured
     force is the peak resistance of the nail; the contact peak is the force between tool and nail.
@@ -234,7 +241,7 @@ def measure(blows: Mapping[str, Blow]) -> dict[str, Any]:
 
 
 def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> dict[str, Any]:
-    """Computes what the demanded force requires: tip speed, planned work, and energy of the tip, [m/s, J]."""
+    """Computes tip speed, planned work and tip energy for the demanded force, [m/s, J]."""
     nail = task.nail
     pi = {grip: gripped.parameters[None] for grip, gripped in tool.list_gripped().items()}
     speeds = {grip: costs[grip].compute_speed(pi[grip]) for grip in pi}
@@ -255,10 +262,12 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
 def find_share_of_light_ends(
     tool: Tool, costs: Mapping[str, BlowCost], held: Sequence[Tool], seed: int, exact: Settings
 ) -> float | None:
-    """Computes how often choices at densities from the prior grip the less dense end; None if no choice is possible.
+    """Computes how often choices under the prior grip the less dense end.
 
-    The result shows how far chance is from one half. The settings have no errors, because the number describes the
-    task and not an observer.
+    Returns None if no choice is possible.
+
+    The result shows how far the chance level is from one half. It describes the task, not an observer, so the
+    settings have no errors.
     """
     choice = Choice(list_options(tool, seed=seed), list(costs.values()), exact)
     memory = MaterialMemory().add_colours(list_colours(held), exact.prior)
@@ -281,7 +290,7 @@ def find_share_of_light_ends(
 
 
 def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
-    """Judges the paper's claims about figure 10."""
+    """Tests the paper's claims about figure 10."""
     p, ci95 = n["p_correct"], n["p_correct_ci95"]
     # The claim is about this grip; the stored ratio is the costlier grip's work divided by the cheaper grip's.
     ratio = n["energy_ratio_true"] if n["correct_grip"] == grip_densest_far else 1.0 / n["energy_ratio_true"]

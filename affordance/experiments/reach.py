@@ -1,9 +1,9 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool that was never held.
 
-Observers hold the first two objects of Simulation II. After each trial they choose by which end to hold a novel tool
-so that moving its free end along a path takes the least absolute work of the joints. They never hold it, but compare
-inner simulations at the densities that they believe in. Expected: the share of correct choices grows from chance
-(figure 8).
+Observers hold the first two objects of Simulation II. After each trial they choose the end by which to hold a novel
+tool, which they never hold. The right grip moves its free end along a path at the least absolute work of the joints.
+Observers compare inner simulations at the believed densities. Expected: the share of correct choices grows from
+chance (figure 8).
 """
 
 from collections.abc import Mapping, Sequence
@@ -67,7 +67,10 @@ RATIO, SHARE = Unit(digits=3), Unit("%", 100.0, 1)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; raises a BadValueError for objects or a path that do not fit it."""
+    """Runs the experiment.
+
+    Unsuitable objects, or an unsuitable path, raise a BadValueError.
+    """
     held, tools, task = read(setup)
     choices, motions = plan(setup, tools, task)
     work = partial(compute_work, task, remove_errors(setup.settings))
@@ -149,7 +152,9 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
 
 
 def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Choice], dict[str, dict[str, Rollout]]]:
-    """Plans the reach with each grip of the tools as observed, and simulates it with the true densities.
+    """Plans the reach with each grip of the observed tools, and simulates it.
+
+    The simulations use the true densities.
 
     Returns: Choices by tool; simulated motions by tool and grip.
 
@@ -178,26 +183,37 @@ def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Ch
 
 
 def _simulate(task: Reach, settings: Settings, tool: Tool) -> dict[str, Rollout]:
-    """Simulates the reach with each grip of a tool; the controller knows the true densities."""
+    """Simulates the reach with each grip of a tool.
+
+    The controller knows the true densities.
+    """
     return {
         grip: roll_out(each, task, list_densities([tool]), settings) for grip, each in tool.list_gripped().items()
     }
 
 
 def compute_work(task: Reach, settings: Settings, held: Tool) -> float:
-    """Plans the reach with a gripped tool of known densities, and computes its absolute work, [J]."""
+    """Computes the absolute work of a planned reach with a gripped tool, [J].
+
+    The tool's densities are known.
+    """
     cost = _plan_end(task, settings, tuple(find_free_end(held.components).tolist()))
     return float(cost.compute(held.parameters[None]).work[0])
 
 
 @lru_cache(maxsize=4)
 def _plan_end(task: Reach, settings: Settings, p_TF: tuple[float, ...]) -> MotionCost:
-    """Plans the motion of a free end, the same for all tools whose free end is at ``p_TF``, [m]."""
+    """Plans the motion of a free end at ``p_TF``, [m].
+
+    The plan is the same for all tools with this free end.
+    """
     return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)
 
 
 def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, observer: int) -> xr.Dataset:
-    """Lets one observer choose a grip of each tool, before the first hold of other objects and after each.
+    """Simulates one observer's choices of a grip for each tool.
+
+    Choices are made before the first hold of other objects and after each.
 
     The paper's rule compares the work at one density of each material, drawn from the belief. Bayes' rule compares
     the work expected over the whole belief; it is applied to the first tool only.
@@ -224,7 +240,7 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
 
 
 def measure(motions: Mapping[str, Rollout]) -> dict[str, Any]:
-    """Computes the cost and the outcome of the reach with the first tool, by grip."""
+    """Computes cost and outcome of the reach with the first tool, by grip."""
     return {
         "energy_true": {grip: done.work for grip, done in motions.items()},
         "effort_true": {grip: done.effort for grip, done in motions.items()},
@@ -234,7 +250,7 @@ def measure(motions: Mapping[str, Rollout]) -> dict[str, Any]:
 
 
 def judge(n: Mapping[str, Any], densest_at_hand: str) -> list[ClaimResult]:
-    """Judges the paper's claims about figure 8."""
+    """Tests the paper's claims about figure 8."""
     p, ci95 = n["p_correct"], n["p_correct_ci95"]
     ratio = n["energy_ratio_true"] if n["correct_grip"] == densest_at_hand else 1.0 / n["energy_ratio_true"]
     return [

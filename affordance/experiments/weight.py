@@ -1,10 +1,10 @@
 """Simulation I (paper, IV-A): the weight of rods, after Mounoud and Bower (1974, Cognition 3:29-40).
 
 An observer, which is a simulated arm with a memory, holds brass rods in its outstretched hand, one after the other,
-from short to long. The last object is a decoy that looks like brass but weighs far less. The felt joint torques
-update the belief about the density of brass before the next object is seen. Expected: the arm drops less from rod to
-rod (figure 3), and lifts the decoy (figure 4). Observers differ only by the error of felt torque, which is drawn once
-for each joint and hold, so all of them drop the first rod alike.
+from short to long. The last object is a decoy that looks like brass but weighs far less. After each hold, the felt
+joint torques update the belief about the density of brass. Expected: the arm drops less from rod to rod (figure 3),
+and lifts the decoy (figure 4). Observers differ only by the error of felt torque, which is drawn once for each joint
+and hold, so all of them drop the first rod alike.
 """
 
 from collections.abc import Mapping, Sequence
@@ -55,7 +55,10 @@ PREDICTED = {"drop_m": "drop of each rod's centre, m", "decoy_lift_m": "rise of 
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; raises a BadValueError for objects that do not fit it."""
+    """Runs the experiment.
+
+    Unsuitable objects raise a BadValueError.
+    """
     tools = read(setup)
     data = run_observers("weight", setup, observe, tools)
     found = measure(data)
@@ -114,7 +117,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Simulates the observers of every learner and computes the numbers of each, for ``affordance predict``."""
+    """Simulates all observers of every learner, and computes their numbers for ``affordance predict``."""
     tools = read(setup)
     return measure_learners(
         setup, lambda variant: measure(run_observers("weight", variant, observe, tools)), PREDICTED
@@ -122,7 +125,10 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> Sequence[Tool]:
-    """Reads the rods and the decoy, which is last, and checks that they fit the experiment."""
+    """Reads the rods and the decoy, and checks that they fit the experiment.
+
+    The decoy is last.
+    """
     file = setup.models / OBJECTS
     tools = read_tools(setup.models, OBJECTS)
     if len(tools) < 3:
@@ -149,7 +155,7 @@ def read(setup: Setup) -> Sequence[Tool]:
 
 
 def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
-    """Lets an observer hold the objects one by one, and learn from each before it sees the next.
+    """Simulates an observer who holds objects one by one and learns from each.
 
     The decoy looks like the last rod, so the memory takes it for a second lift of that rod; figure 3 leaves out the
     belief after it.
@@ -173,7 +179,10 @@ def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[Mater
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer; returns heights over time and the believed densities before and after each trial."""
+    """Simulates one observer.
+
+    Returns heights over time, and the believed densities before and after each trial.
+    """
     memories, records = hold(setup, tools, observer)
     beliefs = [memory.belief for memory in memories]
     # Index 0: the density of the one colour that all objects have.
@@ -204,12 +213,18 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def select_rods(data: xr.Dataset) -> xr.Dataset:
-    """Selects the trials with rods; leaves out the decoy, which is last, and the belief after it."""
+    """Selects the trials with rods.
+
+    The decoy, which is last, and the belief after it are left out.
+    """
     return data.isel(trial=slice(-1), moment=slice(-1))
 
 
 def measure(data: xr.Dataset) -> dict[str, Measure]:
-    """Computes each observer's numbers, and says how each is summarised over observers; the decoy comes last."""
+    """Computes each observer's numbers, and how they are summarised.
+
+    The decoy comes last.
+    """
     rods, decoy = select_rods(data), data.isel(trial=-1)
     low, middle, high = (rods.density.isel(quantile=k) for k in range(len(QUARTILES)))
     drop = np.maximum(0.0, -rods.height.min("time"))  # of the geometric centre; 0 if it only rises
@@ -244,7 +259,7 @@ def summarise(found: Mapping[str, Measure], tools: Sequence[Tool]) -> dict[str, 
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges the paper's claims about figures 3 and 4."""
+    """Tests the paper's claims about figures 3 and 4."""
     true, median, drop, deviation = n["density_true"], n["density_median"], n["drop_m"], n["deviation_m"]
     drop_floored = np.maximum(drop, 0.005)  # so that ratios of negligible drops do not decide a claim
     # The paper gives no bounds; these are ours.
@@ -279,7 +294,10 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
-    """Tabulates mass, drop and deviation of each rod, and the density believed before the first and after each."""
+    """Tabulates mass, drop and deviation of each rod, with believed densities.
+
+    These are before the first trial and after each.
+    """
     rods = tools[:-1]
     columns = {
         "mass (kg)": ["", *(f"{mass:.2f}" for mass in n["mass_true"])],

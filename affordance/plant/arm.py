@@ -27,7 +27,9 @@ _DIGEST = re.compile("-[0-9a-f]{12}$")
 
 
 def name_robot(source: Path, tip: str = "") -> str:
-    """Names a robot after its model folder, without the digest of a cached import, or after its file and tip.
+    """Names a robot after its model folder, or after its file and tip.
+
+    The digest of a cached import is left out.
 
     A cached import and its file have the same name. The paper's arm is "the paper's arm".
     """
@@ -41,7 +43,10 @@ def name_robot(source: Path, tip: str = "") -> str:
 
 
 class JointLimits(NamedTuple):
-    """Limits of the joints, each of shape (num_joints,); infinite for an unlimited joint."""
+    """Limits of the joints, each of shape (num_joints,).
+
+    Unlimited joints have infinite limits.
+    """
 
     q_lower: Array  # [rad]
     q_upper: Array  # [rad]
@@ -49,7 +54,10 @@ class JointLimits(NamedTuple):
     tau_max: Array  # on |tau|, [N m]
 
     def compute_loads(self, tau: Array) -> Array:
-        """Computes torques, shape (..., num_joints), [N m], as fractions of their limits; above 1 is an overload."""
+        """Computes torques, (..., num_joints), [N m], as fractions of their limits.
+
+        An overload is above 1.
+        """
         loads: Array = np.abs(tau) / self.tau_max
         return loads
 
@@ -64,7 +72,7 @@ class Overload(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """Finalized plant of an arm that holds a tool, with handles to its parts."""
+    """Finalized plant of an arm with an object in its hand."""
 
     source: Path  # file that describes the arm
     plant: MultibodyPlant  # continuous plant; the tool's inertia is a parameter of its Context
@@ -86,21 +94,27 @@ class Arm:
         return [self.plant.get_joint_actuator(index).joint().name() for index in self.plant.GetJointActuatorIndices()]
 
     def shrink_limits(self, margin: float, q_start: Array) -> JointLimits:
-        """Returns limits with angles narrowed by a margin, [rad], but still including q_start, (num_joints,)."""
+        """Returns joint limits with angles narrowed by a margin, [rad].
+
+        They still include q_start, (num_joints,).
+        """
         return self.limits._replace(
             q_lower=np.minimum(q_start, self.limits.q_lower + margin),
             q_upper=np.maximum(q_start, self.limits.q_upper - margin),
         )
 
     def find_overloads(self, tau: Array) -> list[Overload]:
-        """Lists the joints whose torques tau, (num_joints,), [N m], exceed the limits, from base to hand."""
+        """Lists the joints with torques beyond their limits, from base to hand.
+
+        The torques tau are (num_joints,), [N m].
+        """
         found = zip(self.joint_names, np.abs(tau).tolist(), self.limits.tau_max.tolist(), strict=True)
         return [
             Overload(*each) for each, load in zip(found, self.limits.compute_loads(tau), strict=True) if load > 1.0
         ]
 
     def find_posture(self, angles: Mapping[str, float]) -> Array:
-        """Returns the home posture with some joints' angles replaced, by name, shape (num_joints,), [rad].
+        """Returns the home posture with some angles replaced by name, (num_joints,), [rad].
 
         An unknown joint, or an angle beyond its limits, raises an AffordanceError.
         """
@@ -116,7 +130,10 @@ class Arm:
         return q
 
     def set_posture(self, plant_context: Context, q: Array) -> None:
-        """Sets the joint angles q, shape (num_joints,), [rad]; the nail and all rates stay unchanged."""
+        """Sets the joint angles q, shape (num_joints,), [rad].
+
+        The nail and all rates stay unchanged.
+        """
         positions = self.plant.GetPositions(plant_context)
         positions[: self.num_joints] = q
         self.plant.SetPositions(plant_context, positions)

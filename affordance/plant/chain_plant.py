@@ -28,7 +28,10 @@ from affordance.plant.serial_chain import SerialChain
 
 @functools.lru_cache(maxsize=4)
 def build_chain(arm: Arm) -> SerialChain:
-    """Builds the chain from W to the tool; joints that are not revolute, or branch, raise a ModelFileError."""
+    """Builds the chain from W to the tool.
+
+    Branches and joints that are not revolute raise a ModelFileError.
+    """
     plant = arm.plant
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(arm.num_joints))
@@ -52,7 +55,10 @@ def build_chain(arm: Arm) -> SerialChain:
 
 
 def build_unmounted_chain(arm: Arm) -> SerialChain:
-    """Builds the chain from the uppermost link that does not move to the hand, independent of the arm's mounting."""
+    """Builds the chain from the last fixed link to the hand.
+
+    It is independent of the arm's mounting.
+    """
     chain, plant = build_chain(arm), arm.plant
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # By index, because bodies of the stand and the arm may have the same name.
@@ -68,7 +74,10 @@ def build_unmounted_chain(arm: Arm) -> SerialChain:
 
 
 def recognise_arm(arm: Arm) -> str:
-    """Computes the fingerprint that an arm on a stand has in its robot's file, independent of the mounting."""
+    """Computes the fingerprint of an arm, independent of its mounting.
+
+    An arm on a stand and its robot's file have the same fingerprint.
+    """
     return build_unmounted_chain(arm).fingerprint
 
 
@@ -82,7 +91,9 @@ def read_chain(
     tip_name: str,
     bodies: Sequence[set[BodyIndex]],
 ) -> SerialChain:
-    """Reads a chain of joints from a frame to a tip; the context has all joints at zero.
+    """Reads a chain of joints from a frame to a tip.
+
+    In the context, all joints are at zero.
 
     ``bodies`` are the bodies that move with each joint.
     """
@@ -117,7 +128,9 @@ def read_chain(
 
 
 def build_arm(chain: SerialChain, link_parameters: Array | None = None) -> Arm:
-    """Builds an arm without limits from a chain; for single states it is ten times faster than the chain.
+    """Builds an arm without limits from a chain.
+
+    For single states it is ten times faster than the chain.
 
     ``link_parameters``, (n, 10), replace the chain's, and need not be physically consistent.
     """

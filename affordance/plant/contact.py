@@ -1,4 +1,4 @@
-"""Contact of a blow: materials of nail and face, the tool's surface, and the effective mass behind it.
+"""Contact of a blow: materials, the tool's surface, and the effective mass.
 
 The effective mass of arm and tool at the striking point S along the blow is 1 / (n^T J M^-1 J^T n).
 """
@@ -35,7 +35,10 @@ _DISC_RADIUS, _DISC_THICKNESS = 0.03, 0.02
 
 
 def register_surface(plant: MultibodyPlant, body: RigidBody, X_BG: RigidTransform, shape: Shape, name: str) -> None:
-    """Adds a named collision geometry G of this material to body B, in a plant that is not yet finalized."""
+    """Registers a collision geometry G of this material on body B.
+
+    The plant is not yet finalized.
+    """
     material = ProximityProperties()
     AddContactMaterial(
         dissipation=DISSIPATION, point_stiffness=_SURFACE_STIFFNESS, friction=_FRICTION, properties=material
@@ -44,7 +47,9 @@ def register_surface(plant: MultibodyPlant, body: RigidBody, X_BG: RigidTransfor
 
 
 class ContactFace(NamedTuple):
-    """Surface of a tool near the striking point S: a sphere of the same curvature, or a disc if it is flat.
+    """Surface of a tool near the striking point S, as a sphere or disc.
+
+    The sphere has the same curvature; the disc is for a flat face.
 
     Drake computes the contact of a sphere, such as a nail's head, with another sphere or a disc exactly. Contact with
     an ellipsoid or a mesh is computed iteratively, and its normal is the line between the two centres, so a tool that
@@ -56,7 +61,7 @@ class ContactFace(NamedTuple):
     radius: float  # radius of curvature; infinite for a flat surface, [m]
 
     def add_to(self, plant: MultibodyPlant, body: RigidBody, name: str) -> None:
-        """Adds the collision geometry to the tool's body, in a plant that is not yet finalized."""
+        """Adds the collision geometry to the tool's body, before the plant is finalized."""
         is_flat = self.radius > _FLAT
         depth = 0.5 * _DISC_THICKNESS if is_flat else self.radius
         shape: Shape = Cylinder(_DISC_RADIUS, _DISC_THICKNESS) if is_flat else Sphere(self.radius)
@@ -67,14 +72,16 @@ class ContactFace(NamedTuple):
 
 
 class EffectiveMass:
-    """Effective mass along the blow in one posture, as a function of the tool's inertial parameters.
+    """Effective mass along the blow in one posture, as a function of inertial parameters.
 
-    The mass matrix is linear in these parameters. A column of the payload's part is the payload regressor at unit
-    acceleration of one joint, minus the regressor at rest.
+    The mass matrix is linear in these parameters. The payload's columns are payload regressors at unit acceleration
+    of one joint, minus the regressor at rest.
     """
 
     def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:
-        """Computes the mass matrices of arm and payload; changes the model's state and payload.
+        """Computes the mass matrices of arm and payload.
+
+        The model's state and payload are changed.
 
         The tool strikes with its point S, p_TS (3,), [m], along a unit vector, (3,), at joint angles q,
         (num_joints,), [rad].
@@ -90,7 +97,7 @@ class EffectiveMass:
         self._M_payload = (Y[1:] - Y[0]).reshape(n * n, NUM_PARAMETERS)
 
     def compute(self, pi: Array) -> Array:
-        """Computes effective masses, (S,), [kg], of tools with parameters pi, (S, 10), about To in T."""
+        """Computes effective masses, (S,), [kg], from parameters pi about To in T, (S, 10)."""
         M = self._M_arm + (pi @ self._M_payload.T).reshape(len(pi), *self._M_arm.shape)
         mass: Array = 1.0 / (np.linalg.solve(M, np.tile(self._along, (len(pi), 1))[..., None])[..., 0] @ self._along)
         return mass

@@ -1,4 +1,4 @@
-"""Nail of Simulation IV: its data, its body in a plant, and the resistance of the wood.
+"""Nail of Simulation IV, with its body in a plant and the wood's resistance.
 
 The nail slides along its axis in a fixed block. Its resistance is a separate system because Drake's joints have
 damping but no dry friction. Frames: W the world, N at the top of the head with Nz along the driving direction.
@@ -63,7 +63,7 @@ class Nail:
 
     @property
     def stiffness(self) -> float:
-        """Increase of the resistance with depth, k_n, [N/m]."""
+        """Slope of the resistance over depth, k_n, [N/m]."""
         return float(_WITHDRAWAL * self.wood_specific_gravity**2.5 * self.diameter)
 
     @property
@@ -72,13 +72,16 @@ class Nail:
         return float(self.stiffness * self.depth_demanded)
 
     def compute_resistance(self, depth: float) -> float:
-        """Computes the resistance, [N], of the moving nail at a depth, [m]; zero once it is pulled out."""
+        """Computes the resistance of the moving nail at a depth, [N].
+
+        The depth is in [m]; the resistance is zero once the nail is pulled out.
+        """
         if self.yield_force is not None:
             return self.yield_force if depth > 0.0 else 0.0
         return self.stiffness * max(0.0, depth)
 
     def compute_tip_speed(self, force: Array, effective_mass: Array) -> Array:
-        """Computes the tip speed at the strike, [m/s], that leads to a given peak of skin friction.
+        """Computes the tip speed at the strike for a given peak of skin friction, [m/s].
 
         The kinetic energy at the tip equals the work of friction between the two depths plus the energy stored in the
         contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The nail's few grams are neglected. A peak force, [N],
@@ -102,12 +105,15 @@ class NailRecord(NamedTuple):
 
     @property
     def time_of_touch(self) -> float:
-        """Time at which the tool first touched the nail, [s]; the first time if it never did."""
+        """Time at which the tool first touched the nail, [s].
+
+        Without a touch, it is the first time.
+        """
         return float(self.times[np.argmax(self.contact > _TOUCH)])
 
     @property
     def time_of_rest(self) -> float:
-        """Time at which the nail had completed almost all of its travel, [s]."""
+        """Time at which the nail had almost finished its travel, [s]."""
         return float(self.times[np.argmax(self.travel >= _ALMOST * self.travel[-1])])
 
 
@@ -141,7 +147,7 @@ class NailEntry(DataModel):
 
     @model_validator(mode="after")
     def check_depths(self) -> Self:
-        """Raises an error for a nail that is deeper than it is long, or that would be pulled out."""
+        """Rejects a nail that is deeper than it is long, or that would be pulled out."""
         Within(1e-4, self.length).check(self.depth_set, "depth_set")
         Within(self.depth_set, self.length).check(self.depth_demanded, "depth_demanded")
         return self
@@ -152,7 +158,9 @@ class NailEntry(DataModel):
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant that is not yet finalized; its joint's position is the driven distance.
+    """Adds a nail to a plant that is not yet finalized.
+
+    The position of its joint is the driven distance.
 
     Body, joint and model instance get the same name.
     """
@@ -179,7 +187,9 @@ def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail"
 
 
 class NailResistance(SampledSystem):
-    """Dry friction of the wood, which opposes motion without rebound and depends on the nail's depth.
+    """Dry friction of the wood, which opposes motion without rebound.
+
+    It depends on the nail's depth.
 
     Input ports:
         state: Distance by which the nail has been driven, and its rate, (2,), [m, m/s].

@@ -1,9 +1,8 @@
-"""Mobility of a point of the tool: how far an arm is from postures in which the point cannot move in all directions.
+"""Mobility of a tool point: distance of an arm from singular postures.
 
-Mobility is the least singular value of the point's translational Jacobian Jv_v_WQ: the motion of the point per radian
-of joint motion, in the direction in which it moves least. It is zero in the direction of an outstretched arm. Close
-to such a posture, the required joint motion depends on the point's position without bound, and results computed from
-it cannot be trusted.
+Mobility is the least singular value of the point's translational Jacobian Jv_v_WQ: the least motion of the point per
+radian of joint motion, over all directions. An outstretched arm has zero mobility. Close to such a posture, the
+required joint motion depends on the point's position without bound, and results computed from it cannot be trusted.
 """
 
 import numpy as np
@@ -19,7 +18,9 @@ _BEND = 0.1
 
 
 def compute_mobility(model: ArmModel, q: Array, p_TQ: Array) -> float:
-    """Computes the mobility of a point Q of the tool, [m/rad], and sets the model to posture q.
+    """Computes the mobility of a point Q of the tool, [m/rad].
+
+    The model is set to posture q.
 
     The angles q are (num_joints,), [rad]; the point's position p_TQ in the tool is (3,), [m].
     """
@@ -28,7 +29,9 @@ def compute_mobility(model: ArmModel, q: Array, p_TQ: Array) -> float:
 
 
 def describe_rank_loss(model: ArmModel, q: Array, p_TQ: Array) -> str:
-    """Describes why a posture is too close to a singularity, and which joint to bend; empty if it is not.
+    """Describes why a posture is too close to a singularity, and which joint to bend.
+
+    Empty if it is not too close.
 
     Arguments are those of ``compute_mobility``.
     """

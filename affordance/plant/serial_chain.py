@@ -1,4 +1,4 @@
-"""Serial arm with named joints and links: kinematics and dynamics of whole trajectories, in NumPy.
+"""Serial arm in NumPy: kinematics and dynamics of whole trajectories.
 
 Drake computes one state per call, but figures, heights, regressors and identification need hundreds. All constants
 are read from a Drake plant (``chain_plant``). Frames: W the world, or the base of a robot; F a joint's frame on its
@@ -24,7 +24,7 @@ _FINGERPRINT_STEP, _FINGERPRINT_EDGE = 1e-6, 1.0 / np.pi
 
 
 class ChainMotion(NamedTuple):
-    """Motion of T along a trajectory of N samples; vectors are expressed in W."""
+    """Motion of T along a trajectory of N samples, with vectors in W."""
 
     R_WT: Array  # (N, 3, 3)
     p_WT: Array  # (N, 3), [m]
@@ -35,7 +35,7 @@ class ChainMotion(NamedTuple):
 
 
 class ChainDynamics(NamedTuple):
-    """Torques of the arm, and payload regressors at T, along a trajectory of N samples."""
+    """Torques of the arm and payload regressors at T along N samples."""
 
     motion: ChainMotion
     arm_torques: Array  # torques of the arm alone, shape (N, num_joints), [N m]
@@ -43,7 +43,10 @@ class ChainDynamics(NamedTuple):
 
 
 class _LinkMotion(NamedTuple):
-    """Motion of a link's frame M, with axes and origins of the joints up to it, from which its Jacobian follows."""
+    """Motion of a link's frame M, with axes and origins of the joints up to it.
+
+    Its Jacobian follows from these.
+    """
 
     R: Array  # (N, 3, 3)
     p: Array  # (N, 3)
@@ -100,14 +103,14 @@ class SerialChain:
 
     @property
     def fingerprint(self) -> str:
-        """Text that identifies the arm independently of its file's name, its mounting and its tip."""
+        """Text that identifies the arm, independent of file name, mounting and tip."""
         digest = hashlib.sha256(" ".join(self.joint_names).encode())
         for part in (self.R_PF, self.p_PF, self.axes, self.link_parameters):
             digest.update(np.floor(part / _FINGERPRINT_STEP + _FINGERPRINT_EDGE).astype(np.int64).tobytes())
         return digest.hexdigest()[:12]
 
     def with_gravity(self, gravity_W: Sequence[float] | Array) -> "SerialChain":
-        """Returns the arm mounted with another gravity vector in its base frame, shape (3,), [m/s^2]."""
+        """Returns the arm under another gravity vector in its base frame, (3,), [m/s^2]."""
         return replace(self, gravity_W=np.array(gravity_W, dtype=float))
 
     def compute_motion(self, q: Array, v: Array, vdot: Array) -> ChainMotion:
@@ -116,7 +119,7 @@ class SerialChain:
         return self._move_to_tip(last.build())
 
     def compute_dynamics(self, q: Array, v: Array, vdot: Array) -> ChainDynamics:
-        """Computes torques of the arm and payload regressors in a single recursion along the arm."""
+        """Computes arm torques and payload regressors in one recursion along the arm."""
         torques = np.zeros_like(q)
         for link, motion in enumerate(self.compute_link_motions(q, v, vdot)):
             self._add_torques(torques, link, motion)
@@ -131,7 +134,10 @@ class SerialChain:
         return last._replace(R_WT=last.R_WT @ self.R_MT, p_WT=p, a_WT=a, Jv_V_WT=J)
 
     def compute_link_motions(self, q: Array, v: Array, vdot: Array) -> Iterator[ChainMotion]:
-        """Computes the motion of each link's frame M, with its Jacobian with respect to the joints up to it."""
+        """Computes the motion of each link's frame M.
+
+        Its Jacobian is for the joints up to the link.
+        """
         for link in self._follow_links(q, v, vdot):
             yield link.build()
 
@@ -154,7 +160,10 @@ class SerialChain:
             yield _LinkMotion(R, p, w, alpha, a, axes_W[: j + 1], origins_W[: j + 1])
 
     def compute_positions(self, q: Array, p_TQ: Array) -> Array:
-        """Computes the positions in W, (N, 3), [m], of a point Q fixed to T at p_TQ, (3,), [m]."""
+        """Computes positions in W, (N, 3), [m], of a point Q fixed to T.
+
+        The point is given by p_TQ, (3,), [m].
+        """
         R = np.broadcast_to(np.eye(3), (len(q), 3, 3))
         p = np.zeros((len(q), 3))
         for j in range(self.num_joints):
@@ -167,11 +176,14 @@ class SerialChain:
         return self._compute_regressors(self.compute_motion(q, v, vdot))
 
     def compute_wrench_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes W along a trajectory, (N, 6, 10), with [n; f] = W pi, moment about To first, in T."""
+        """Computes W along a trajectory, (N, 6, 10), with [n; f] = W pi in T.
+
+        The moment about To is first.
+        """
         return self._compute_wrench(self.compute_motion(q, v, vdot))
 
     def compute_link_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes regressors of the joint torques on the links' parameters, (N, num_joints, 10 num_joints)."""
+        """Computes torque regressors for the links' parameters, (N, num_joints, 10 num_joints)."""
         regressors = np.zeros((*q.shape, self.num_joints, NUM_PARAMETERS))
         for link, motion in enumerate(self.compute_link_motions(q, v, vdot)):
             regressors[:, : link + 1, link] = self._compute_regressors(motion)
@@ -185,12 +197,15 @@ class SerialChain:
         return torques
 
     def _add_torques(self, torques: Array, link: int, motion: ChainMotion) -> None:
-        """Adds the torques that a link causes to the joints up to it."""
+        """Adds the torques of a link to the joints up to it."""
         column = self.link_parameters[link, :, None]
         torques[:, : link + 1] += self._compute_regressors(motion, column)[..., 0]
 
     def _compute_regressors(self, motion: ChainMotion, columns: Array = _ALL) -> Array:
-        """Computes Y of a body at a moving frame, times ``columns``, (10, K); the result is (N, joints, K)."""
+        """Computes Y of a body at a moving frame, times ``columns``, (10, K).
+
+        The result is (N, joints, K).
+        """
         wrench = self._compute_wrench(motion) @ columns
         wrench_W = motion.R_WT[:, None] @ wrench.reshape(len(wrench), 2, 3, -1)
         Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(len(wrench), 6, -1)

@@ -3,7 +3,7 @@
 Within a trial, the estimator averages features of the torques sample by sample. The posterior at any time follows
 from this average and all holds before the trial, so the recursion is exact. The size of errors that grow with torque
 depends on the unknown densities, and so does the scatter of objects about their materials' means; the memory
-integrates over both. However many samples a hold has, its average is one measurement.
+integrates over both. The average of a hold is one measurement, whatever its number of samples.
 
 From torques to the memory: compute_posterior -> NoiseModel.describe -> MaterialMemory.learn -> Learner.learn
 (OneDensity) -> exact.compute_posterior; at the end of a hold MaterialMemorySystem keeps the result.
@@ -25,13 +25,13 @@ class TorqueStatistics(NamedTuple):
     num_samples: int  # number of samples in the mean
 
     def add(self, features: Array) -> "TorqueStatistics":
-        """Returns the statistics with one more sample's features, shape (num_features,)."""
+        """Returns the statistics after one more sample, with features of shape (num_features,)."""
         num_samples = self.num_samples + 1
         return TorqueStatistics(self.features + (features - self.features) / num_samples, num_samples)
 
 
 class Inference(NamedTuple):
-    """Result of inference from a trial."""
+    """Result of the inference from one trial."""
 
     posterior: ObjectBelief  # belief about the object and, in its memory, about all materials
     # Log probability density of the measurement under the prior; a low value means that it is surprising.
@@ -42,7 +42,7 @@ class Inference(NamedTuple):
 def compute_posterior(
     prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation: float
 ) -> Inference:
-    """Computes the posterior from the torques measured in a trial so far, by Bayes' rule.
+    """Computes the posterior from the torques of a trial so far, by Bayes' rule.
 
     Args:
         prior: Belief at the start of the trial.
@@ -62,7 +62,9 @@ def compute_posterior(
 def condition_on_torques(
     prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation: float
 ) -> tuple[ObjectBelief, Likelihood]:
-    """Returns the posterior and its likelihood, without the evidence, which takes most of the time to compute.
+    """Computes the posterior and its likelihood, without the evidence.
+
+    The evidence takes most of the time to compute.
 
     Arguments are those of compute_posterior; at least one sample is required.
     """

@@ -1,4 +1,4 @@
-"""Faults of sensors and of the arm's model, as data; all are off by default.
+"""Faults of sensors and of the arm's model, all off by default.
 
 Sensor faults distort measured torques after noise is added; the controller always sees the true state. A sample that
 does not arrive is NaN at every joint. A mass fault changes the simulated arm and leaves its models unchanged.
@@ -57,7 +57,7 @@ class Faults(CheckedFields):
     arm_mass_factor: Annotated[float, _MASS_FACTOR, Setting("1", _NONE)] = 1.0
 
     def distort(self, felt: Array, sd: Array, stuck: int | None, seed: tuple[int, ...]) -> Array:
-        """Returns the torques that faulty sensors report, shape (num_joints,), [N m].
+        """Computes the torques that faulty sensors report, shape (num_joints,), [N m].
 
         A sample that is NaN at every joint did not arrive, and is returned unchanged.
 
@@ -82,7 +82,7 @@ class Faults(CheckedFields):
         return reported
 
     def find_stuck(self, joint_names: Sequence[str]) -> int | None:
-        """Returns the index of the joint with a stuck sensor, or None.
+        """Finds the index of the joint with a stuck sensor, or None.
 
         Raises:
             BadValueError: The joint is unknown.
@@ -127,7 +127,9 @@ class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1
 
 
 def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
-    """Reads named faults from a file and combines them; NO_FAULTS without a name.
+    """Reads named faults from a file and combines them.
+
+    Without a name the result is NO_FAULTS.
 
     Raises:
         BadValueError: The file or a value is wrong, a name is not in the file, or two faults set the same field.

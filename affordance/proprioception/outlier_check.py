@@ -31,7 +31,10 @@ class SampleStatus(enum.Enum):
 
 
 def check_reading(tau: Array) -> SampleStatus:
-    """Checks measured torques, shape (num_joints,), without a model; returns ACCEPTED if all are finite."""
+    """Checks measured torques, (num_joints,), without a model.
+
+    Returns ACCEPTED if all are finite.
+    """
     finite = np.isfinite(tau)
     if finite.all():
         return SampleStatus.ACCEPTED
@@ -39,10 +42,11 @@ def check_reading(tau: Array) -> SampleStatus:
 
 
 def check_torque(tau: Array, tau_arm: Array, Y: Array, geometry: Geometry, noise: NoiseModel) -> SampleStatus:
-    """Returns ACCEPTED if an object of this geometry could cause these torques, else IMPOSSIBLE.
+    """Checks if an object of this geometry could cause measured torques.
 
-    The measured torques and those of the arm alone have shape (num_joints,), [N m], the payload regressor Y
-    (num_joints, 10).
+    Returns ACCEPTED or IMPOSSIBLE.
+
+    Measured torques and the arm's own torques are (num_joints,), [N m]; the payload regressor Y is (num_joints, 10).
     """
     heaviest = np.full(geometry.Phi.shape[1], DENSITY_MAX)
     loads = Y @ geometry.Phi * heaviest  # (num_joints, M)

@@ -1,7 +1,7 @@
-"""Measured torques of an object held still, without simulation, for studies with thousands of holds.
+"""Simulates measured torques of a still object, for studies with thousands of holds.
 
-The arm rests in one posture, so the measurement is the mean torque of a hold without motion: tau = tau_arm + Y pi
-with constant tau_arm and Y (paper, eq. 2 at rest).
+The arm rests in one posture, so the measured mean torque is tau = tau_arm + Y pi with constant tau_arm and Y (paper,
+eq. 2 at rest).
 """
 
 import numpy as np
@@ -15,10 +15,13 @@ from affordance.proprioception.torque_noise import NoiseModel, draw_acceleration
 
 
 class StaticHold:
-    """Arm that is held at rest in a posture."""
+    """Arm at rest in a posture."""
 
     def __init__(self, arm: Arm, q: Array | None = None) -> None:
-        """Computes regressor and torque in a posture q, shape (num_joints,), [rad]; None for the arm's home."""
+        """Computes regressor and torque in a posture q, (num_joints,), [rad].
+
+        None is the arm's home.
+        """
         model = ArmModel(arm)
         at_rest = np.zeros(arm.num_joints)
         posture = arm.home if q is None else q

@@ -18,7 +18,7 @@ from affordance.runs.random_streams import Stream
 
 
 class SampleCounts(NamedTuple):
-    """Numbers of accepted samples in a trial, and of rejected ones by reason."""
+    """Numbers of accepted and rejected samples in a trial, by reason."""
 
     missing: int
     not_finite: int
@@ -36,8 +36,8 @@ class DensityEstimator(SampledSystem):
 
     The discrete state consists of the sufficient statistic of the presentation so far (mean features of the samples
     and their number) and of counts of accepted and rejected samples. The posterior is an output, computed from
-    statistic and prior on demand. At the end of a presentation, a forced event, the statistic is reset as the memory
-    stores the posterior, so that nothing is counted twice.
+    statistic and prior on demand. At the end of a presentation, which is a forced event, the memory stores the
+    posterior. The statistic is then reset, so that no sample counts twice.
 
     Input ports:
         prior: Belief before the first sample, ObjectBelief.
@@ -51,7 +51,10 @@ class DensityEstimator(SampledSystem):
     """
 
     def __init__(self, arm: Arm, *, noise: NoiseModel, deviation: float, sample_period: float) -> None:
-        """Declares states, ports and events; the deviation is a fraction of a material's mean, the period in [s]."""
+        """Declares states, ports and events.
+
+        The deviation is a fraction of a material's mean, the period in [s].
+        """
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
@@ -77,7 +80,7 @@ class DensityEstimator(SampledSystem):
         return SampleCounts(*(int(count) for count in context.get_discrete_state(self._counts).value()))
 
     def get_inference(self, context: Context) -> Inference:
-        """Returns the result of inference from the samples so far."""
+        """Returns the inference from the samples so far."""
         return self._inference.get(context)
 
     def get_statistics(self, context: Context) -> TorqueStatistics:
@@ -116,12 +119,14 @@ class DensityEstimator(SampledSystem):
 
 
 class Proprioception(SampledSystem):
-    """Joint sensor that adds noise to torques and accelerations; angles and velocities are exact.
+    """Joint sensor with noise on torques and accelerations.
+
+    Angles and velocities are exact.
 
     By default (WeberNoise) an error of torque lasts a whole hold, so further samples do not average it out.
 
-    The errors that last a trial, and the seed of the other errors, are parameters of the Context. If torques are
-    delayed, those not yet delivered are the discrete state. A torque that did not arrive is NaN.
+    The errors that last a trial, and the seed of the other errors, are parameters of the Context. Delayed torques are
+    the discrete state until they are delivered. A torque that did not arrive is NaN.
 
     Input ports:
         state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].

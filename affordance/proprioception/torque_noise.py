@@ -1,9 +1,8 @@
 """Errors of measured joint torques and accelerations: the observation models of proprioception.
 
-Both models of torque errors reduce a trial to the running mean of a feature vector, so that the estimator is
-recursive with either, and convert that mean to evidence about the held object's densities. With tau the measured
-torque, tau_arm that of the arm alone, and Y the payload regressor, every sample obeys tau = tau_arm + Y Phi rho +
-error.
+Both models of torque errors reduce a trial to the running mean of a feature vector, which makes the estimator
+recursive. They convert this mean to evidence about the object's densities. With the measured torque tau, the arm's
+own torque tau_arm, and the payload regressor Y, every sample obeys tau = tau_arm + Y Phi rho + error.
 """
 
 from dataclasses import dataclass
@@ -21,25 +20,31 @@ from affordance.runs.random_streams import Stream
 
 @runtime_checkable
 class NoiseModel(Protocol):
-    """Model of torque errors, which draws them and knows what measured torques tell."""
+    """Model of torque errors: draws them, and converts torques to evidence."""
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of the feature vector that is averaged."""
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Computes the features of a sample from tau and tau_arm, (num_joints,), and Y, (num_joints, 10)."""
+        """Computes the features of a sample from torques and regressor.
+
+        Torques tau and tau_arm are (num_joints,), Y is (num_joints, 10).
+        """
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Returns what the mean features, (num_features,), of a trial's samples tell about M densities."""
+        """Converts the mean features of a trial, (num_features,), to evidence about M densities."""
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
         """Draws gain and offset errors that last a whole trial, shape (num_joints,) each."""
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """Draws the error of one sample at true torques tau, (num_joints,), [N m]; None if errors last the trial."""
+        """Draws the error of one sample at true torques tau, (num_joints,), [N m].
+
+        Returns None if errors last the trial.
+        """
 
     def compute_sd(self, tau: Array) -> Array:
-        """Computes standard deviations of a sample's error at true torques tau, shape (num_joints,) each, [N m]."""
+        """Computes the SD of a sample's error at true torques, (num_joints,) each, [N m]."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ class WeberNoise(CheckedFields):
     ] = False
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the number of features: the elements of tau, tau_arm and Y (see ``compute_features``)."""
+        """Returns the number of elements of tau, tau_arm and Y; see ``compute_features``."""
         return num_joints * (2 + NUM_PARAMETERS)
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
@@ -84,7 +89,10 @@ class WeberNoise(CheckedFields):
         return np.concatenate([tau, tau_arm, Y.ravel()])
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Returns what the mean torque tells, with errors that depend on the torque itself."""
+        """Converts the mean torque to evidence.
+
+        Its error depends on the torque itself.
+        """
         tau, tau_arm = features[:num_joints], features[num_joints : 2 * num_joints]
         Y = features[2 * num_joints :].reshape(num_joints, NUM_PARAMETERS)
         return Felt.from_torques(
@@ -173,7 +181,9 @@ class WhiteNoise(CheckedFields):
 
 
 def draw_acceleration_error(sd: float, seed: tuple[int, ...], num_joints: int) -> Array:
-    """Draws the error of measured accelerations in a trial, shape (num_joints,), [rad/s^2]; zero if sd is zero.
+    """Draws the acceleration error of a trial, shape (num_joints,), [rad/s^2].
+
+    It is zero if sd is zero.
 
     The paper assumes exact accelerations, and so does the estimator. The error multiplies the whole mass matrix,
     including that of the arm (docs/decisions/0004-noise.md).

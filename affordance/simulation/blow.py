@@ -39,7 +39,7 @@ _MAX_STEPS = 200_000
 
 @dataclasses.dataclass(frozen=True)
 class Blow:
-    """Outcome of a simulated blow and its cost."""
+    """Outcome and cost of a simulated blow."""
 
     strike: Strike  # planned strike
     record: TrialRecord  # record of the arm's motion, one row per control period
@@ -60,7 +60,10 @@ class Blow:
         return float(self.nail.travel[-1])
 
     def describe_force_error(self, force: float, arm: Arm) -> str:
-        """Describes the error of the peak resistance, [N], with possible remedies; empty within the tolerance."""
+        """Describes the error of the peak resistance, [N], with possible remedies.
+
+        Empty within the tolerance.
+        """
         if abs(self.force / force - 1.0) <= FORCE_TOLERANCE:
             return ""
         rotors = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
@@ -82,7 +85,9 @@ def simulate_blow(
     densities: Mapping[Colour, float],
     settings: Settings,
 ) -> Blow:
-    """Plans and simulates a blow with a gripped tool of known densities, [kg/m^3], logging every control period.
+    """Plans and simulates a blow with a gripped tool of known densities, [kg/m^3].
+
+    The log has a row per control period.
 
     Raises:
         AffordanceError: If no swing is fast enough.
@@ -107,7 +112,10 @@ def simulate_blow(
 
 
 def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: Settings) -> str:
-    """Describes why a planned blow fails when it is simulated with known densities; empty if it succeeds."""
+    """Describes why a planned blow fails in simulation.
+
+    Densities are known; the text is empty if the blow succeeds.
+    """
     try:
         blow = simulate_blow(tool, task, planned, list_densities([tool]), settings)
     except AffordanceError as error:
@@ -119,7 +127,10 @@ def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: S
 def run_blow(
     runner: TrialRunner, tool: Tool, strike: Strike, memory: MaterialMemory, *, seed: Seed
 ) -> tuple[TrialRecord, NailRecord]:
-    """Runs the trial of a blow, from rest to rest, like ``TrialRunner.run``; raises a StallError if it stalls."""
+    """Runs the trial of a blow, from rest to rest, like ``TrialRunner.run``.
+
+    A stalled simulation raises a StallError.
+    """
     settings = runner.settings
     duration = strike.compute_duration(settings.mpc.horizon)
     trial = runner.get_diagram(tool, strike.placement)
@@ -140,7 +151,10 @@ def run_blow(
 
 
 class BlowMonitor:
-    """Monitor that aborts a stalled blow, and stops at any contact while ``stops_at_touch`` is set."""
+    """Monitor that aborts a stalled blow.
+
+    It stops at any contact while ``stops_at_touch`` is set.
+    """
 
     def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:
         """Stores the simulated plant, and the tool's name for messages."""
@@ -150,7 +164,10 @@ class BlowMonitor:
         self._num_steps = 0
 
     def __call__(self, context: Context) -> EventStatus:
-        """Counts a step of the integrator; raises a StallError above the limit."""
+        """Counts a step of the integrator.
+
+        Too many steps raise a StallError.
+        """
         self._num_steps += 1
         if self._num_steps > _MAX_STEPS:
             raise StallError(self._tool_name, context.get_time(), _MAX_STEPS, self._list_touches(context))
@@ -162,14 +179,17 @@ class BlowMonitor:
         return self._plant.get_contact_results_output_port().Eval(self._plant.GetMyContextFromRoot(context))
 
     def _list_touches(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Lists the names of the pairs of bodies in contact."""
+        """Lists the pairs of bodies in contact, by name."""
         contacts, get_body = self._get_contacts(context), self._plant.get_body
         pairs = [contacts.point_pair_contact_info(k) for k in range(contacts.num_point_pair_contacts())]
         return tuple((get_body(pair.bodyA_index()).name(), get_body(pair.bodyB_index()).name()) for pair in pairs)
 
 
 def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
-    """Changes the integrator and advances to a time; returns True unless a monitor stopped the simulation before."""
+    """Changes the integrator and advances to a time.
+
+    Returns False if a monitor stopped the simulation before.
+    """
     config.start_time = simulator.get_context().get_time()  # otherwise the clock would be reset
     ApplySimulatorConfig(config, simulator)
     return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)

@@ -1,4 +1,6 @@
-"""The Diagram of a presentation, the paper's figure 2; no other module connects ports.
+"""Builds the Diagram of a presentation, the paper's figure 2.
+
+No other module connects ports.
 
 feature_sensor --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
                              ^    `-----prior--> density_estimator <--tau, state, vdot----'
@@ -62,13 +64,15 @@ class NailLogs(NamedTuple):
 
 
 class TrialDiagram:
-    """Diagram of presentations, whose state is in the Context: one instance serves any number of them.
+    """Diagram of presentations, whose state is in the Context.
+
+    One instance serves any number of presentations.
 
     Attributes:
-        diagram: The Diagram. In a larger one, this attribute is replaced by that one, which contains it.
+        diagram: The Diagram. In a larger Diagram, this attribute is replaced by the larger one.
         settings: Settings of the simulation.
         arm: The simulated arm.
-        model: Model of the arm for computations, with the state and payload that were set last.
+        model: Model of the arm for computations, at the state and payload that were set last.
         chain: Kinematic chain of the arm.
         hold: Task of holding an object in the home posture.
         is_stiff: True if damping stops a joint of the arm within a control period.
@@ -89,12 +93,12 @@ class TrialDiagram:
             settings: Settings of the simulation.
             tool: Tool whose shapes can touch a nail; None if nothing is in contact, as when an object is only held.
             nail: Nail and its placement, if any.
-            eye: Function that gives the features of an object; None for that of the settings.
+            eye: Function that measures the features of an object; None for the eye of the settings.
             display: Function that adds systems that show the plant, if any.
 
         Raises:
             ModelFileError: If the arm is unsuitable.
-            BadValueError: If a fault is that of a joint which the arm does not have.
+            BadValueError: If a fault concerns a joint that the arm does not have.
         """
         builder = DiagramBuilder()
         self.settings = settings
@@ -205,7 +209,7 @@ class TrialDiagram:
         seed: Seed,
         remembered: tuple[Colour, ...] = (),
     ) -> Simulator:
-        """Sets up a presentation in a Context, whatever was in it before; returns a simulator at its start.
+        """Prepares a presentation in a new or used Context. Returns a simulator at its start.
 
         Args:
             context: Context of the Diagram, new or used.
@@ -241,7 +245,9 @@ class TrialDiagram:
         return simulator
 
     def find_end(self, duration: float) -> float:
-        """Returns the end of a presentation of a duration, [s], with the periodic events that rounding puts after it.
+        """Returns the end of a presentation, [s], extended by rounding errors.
+
+        The periodic events that rounding delays are thus included.
 
         Drake computes the time of an event as offset + k period: 0.1 + 29 x 0.1 > 3.
         """
@@ -258,7 +264,7 @@ class TrialDiagram:
         return end
 
     def finish(self, simulator: Simulator, tool: Tool, duration: float) -> TrialRecord:
-        """Advances a presentation to its end, when the memory learns, and returns its record."""
+        """Advances a presentation to its end, where the memory learns. Returns its record."""
         simulator.AdvanceTo(self.find_end(duration))
         simulator.AdvancePendingEvents()
         context = simulator.get_mutable_context()
@@ -268,7 +274,10 @@ class TrialDiagram:
         return record._replace(memory=self.get_memory(context))
 
     def read_nail_record(self, context: Context) -> NailRecord:
-        """Returns the record of the nail, with which the Diagram must have been built."""
+        """Returns the record of the nail.
+
+        The Diagram must have a nail.
+        """
         logs, placement = self._nail_logs, self._nail
         assert logs is not None
         assert placement is not None
@@ -330,7 +339,9 @@ class TrialDiagram:
         )
 
     def _find_overloaded(self, tool: Tool, q_start: Array) -> tuple[str, ...]:
-        """Lists the joints that are too weak to hold arm and tool at rest at q_start, (num_joints,), [rad].
+        """Lists the joints that are too weak to hold arm and tool at rest.
+
+        The posture is q_start, (num_joints,), [rad].
 
         Logs a warning if there are any.
         """
@@ -347,7 +358,10 @@ class TrialDiagram:
         return tuple(each.joint for each in overloads)
 
     def _measure_height(self, q: Array, p_TQ: Array) -> Array:
-        """Computes the height of a point Q of the tool relative to its first position, against gravity, (N,), [m]."""
+        """Computes the height of a tool point Q relative to its first position, (N,), [m].
+
+        Height is measured against gravity.
+        """
         up = -self.chain.gravity_W / np.linalg.norm(self.chain.gravity_W)
         heights = self.chain.compute_positions(q, p_TQ) @ up
         above: Array = heights - heights[0]
@@ -355,7 +369,10 @@ class TrialDiagram:
 
 
 def _select_arm(builder: DiagramBuilder, arm: Arm) -> tuple[OutputPort, OutputPort]:
-    """Returns ports with the state and the joint accelerations of the arm, without the nail, which comes last."""
+    """Returns ports with the arm's state and joint accelerations.
+
+    The nail, which is last, is excluded.
+    """
     plant, n = arm.plant, arm.num_joints
     state, vdot = plant.get_state_output_port(), plant.get_generalized_acceleration_output_port()
     if plant.num_velocities() == n:
@@ -388,7 +405,7 @@ def _add_nail_resistance(builder: DiagramBuilder, arm: Arm, nail: NailPlacement)
 
 
 def _log(builder: DiagramBuilder, port: OutputPort, name: str, period: float | None = None) -> VectorLogSink:
-    """Logs a port with a period, [s], or at every step of the integrator."""
+    """Logs a port with a period, [s], or at every integrator step."""
     log = LogVectorOutput(port, builder) if period is None else LogVectorOutput(port, builder, period)
     log.set_name(name)
     return log

@@ -10,17 +10,22 @@ from affordance.drake.sampled_system import SampledSystem, Source
 
 
 class LoggedPosterior(NamedTuple):
-    """Posterior given all samples before a time since the start of the trial, [s]; at 0 it is the visual prior."""
+    """Posterior from all samples before a time, [s].
+
+    The time is relative to the start of the trial, where the posterior is the visual prior.
+    """
 
     time: float
     belief: ObjectBelief
 
 
 class PosteriorLog(SampledSystem):
-    """Log of the belief about the object, written by publish events, which precede updates at the same time.
+    """Log of the belief about the object, written by publish events.
+
+    These precede updates at the same time.
 
     Each entry therefore reflects the samples before its time stamp. As in Drake's VectorLogSink, the log belongs to
-    the Context, where it is a cache entry that nothing computes, so that publish events may write to it.
+    the Context. It is a cache entry without computation, so publish events may write to it.
 
     Input ports:
         posterior: Belief given the samples so far, ObjectBelief.
@@ -38,7 +43,10 @@ class PosteriorLog(SampledSystem):
         self.DeclarePeriodicPublishEvent(period, period, self._log)
 
     def find_log(self, context: Context) -> list[LoggedPosterior]:
-        """Returns the entries in order of time; clear the list before a Context is used again."""
+        """Returns the entries in order of time.
+
+        Clear the list before a Context is used again.
+        """
         entry: Any = self.get_cache_entry(self._index).get_mutable_cache_entry_value(context)
         return cast(list[LoggedPosterior], entry.GetMutableValueOrThrow())
 

@@ -1,4 +1,4 @@
-"""Brute-force check of inner simulation: simulates the motion with densities that the controller knows."""
+"""Brute-force check of inner simulation: simulates a motion with known densities."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -35,7 +35,10 @@ class Rollout(NamedTuple):
 
 
 def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
-    """Simulates a reach with a gripped tool of known densities, [kg/m^3], and logs every control period."""
+    """Simulates a reach with a gripped tool of known densities, [kg/m^3].
+
+    The log has a row per control period.
+    """
     tool, memory = tool.with_densities(densities), MaterialMemory.from_densities(densities)
     runner = get_runner(dataclasses.replace(settings, log_period=settings.control_period))
     trial = runner.get_diagram(tool)
@@ -47,7 +50,10 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
 
 
 def describe_path_fault(tool: Tool, path: TimedPath, settings: Settings) -> str:
-    """Describes why a simulated tool of known densities does not follow a path; empty if it does."""
+    """Describes why a simulated tool does not follow a path.
+
+    Densities are known; the text is empty if it does.
+    """
     try:
         rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
     except AffordanceError as error:

@@ -31,7 +31,7 @@ _MEMORIES = "MaterialMemory() knows nothing yet"
 
 
 class TrialRunner:
-    """Runner of trials, which builds Diagrams at first use and reuses recent ones with new Contexts.
+    """Runner of trials, which reuses recent Diagrams with new Contexts.
 
     Example:
         >>> from affordance import MODELS, TrialRunner, load_tools
@@ -54,7 +54,7 @@ class TrialRunner:
 
         Args:
             settings: Settings of all simulations.
-            eye: Function that gives the features of an object; None for that of the settings.
+            eye: Function that measures the features of an object; None for the eye of the settings.
             robot: Robot whose arm holds objects; None for the arm of the settings.
             display: Function that adds systems to the Diagrams that show the plant; None to show nothing.
 
@@ -99,11 +99,11 @@ class TrialRunner:
         return self._diagrams[key]
 
     def run_hold(self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: Seed = 0) -> TrialRecord:
-        """Runs a trial in which an object is held in the arm's home posture, without contact; see ``run``."""
+        """Runs a trial in which an object is held in the home posture, without contact; see ``run``."""
         return Observer(self, memory, duration=duration).hold(tool, seed)
 
     def run(self, tool: Tool, task: Task, memory: MaterialMemory, *, duration: float, seed: Seed = 0) -> TrialRecord:
-        """Runs one trial with the object attached to the hand, from rest at the start of the task.
+        """Runs one trial with an object in the hand, starting at rest.
 
         Args:
             tool: Object in the hand; the plant has its true densities.
@@ -126,7 +126,7 @@ class TrialRunner:
 
 
 class Observer:
-    """Observer that is given objects to hold, one after the other.
+    """Observer that holds objects, one after the other.
 
     All presentations run in one Context. Each starts from the default state, except for the memory, which has learned
     at the end of the previous presentation.
@@ -155,7 +155,10 @@ class Observer:
         self.memory = memory  # present belief about materials
 
     def hold(self, tool: Tool, seed: Seed = 0) -> TrialRecord:
-        """Runs a trial in which an object is held in the home posture; the seed determines all random draws."""
+        """Runs a trial in which an object is held in the home posture.
+
+        The seed determines all random draws.
+        """
         _check_trial(tool, self.memory)
         trial = self._trial
         simulator = trial.prepare(self._context, tool, trial.hold, self.memory, seed, self._remembered)

@@ -16,7 +16,7 @@ from affordance.vision.features import ComponentFeatures
 
 
 class Percept(NamedTuple):
-    """Percept of an object in a trial: features in the hand frame, and statistics of measured torques."""
+    """Features of an object in the hand frame, and statistics of its torques."""
 
     object_name: str
     features: tuple[ComponentFeatures, ...]
@@ -81,7 +81,7 @@ class TrialRecord(NamedTuple):
         return build_table("Trial", ["what", "value"], self._list_facts())
 
     def _list_facts(self) -> list[tuple[str, str]]:
-        """Lists names and values of the trial's main results."""
+        """Lists the trial's main results as names and values."""
         rows, joints = self.q.shape
         farthest = max(self.height_centre, key=abs)
         facts = [
