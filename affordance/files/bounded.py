@@ -1,4 +1,4 @@
-"""Reads external files, with a limit on their size that depends on the kind of file.
+"""Reads external files with a size limit for each kind of file.
 
 Sizes are checked before reading, so an oversized file costs nothing. Each limit is a generous multiple of the usual
 size, and small enough that reading a file takes a few minutes and gigabytes at most. Every fault raises a one-line
@@ -36,7 +36,10 @@ _ALIKE = 0.8
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Reads a regular file of at most ``most`` bytes; any other file raises a BadValueError."""
+    """Reads a regular file of at most ``most`` bytes.
+
+    Any other file raises a BadValueError.
+    """
     try:
         check_size(path, most)
         with path.open("rb") as file:
@@ -50,7 +53,10 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def suggest_file(path: Path) -> str:
-    """Suggests the file in the same folder whose name is closest to a missing file's; empty if none is close."""
+    """Suggests the file in the same folder with the closest name.
+
+    Empty if no name is close.
+    """
     try:
         files = (each for each in path.parent.iterdir() if _is_alike(path.stem, each.stem))
         return suggest(path.name, [each.name for each in files])
@@ -59,12 +65,18 @@ def suggest_file(path: Path) -> str:
 
 
 def _is_alike(one: str, other: str) -> bool:
-    """Returns True if names differ by a typing error or two; suffixes are ignored because most files share them."""
+    """Returns True if names differ by one or two typing errors.
+
+    Suffixes are ignored because most files share them.
+    """
     return difflib.SequenceMatcher(None, one, other).ratio() >= _ALIKE
 
 
 def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
-    """Reads a text file of at most ``most`` bytes, with line ends as newlines; faults raise a BadValueError."""
+    """Reads a text file of at most ``most`` bytes, with newlines as line ends.
+
+    Faults raise a BadValueError.
+    """
     try:
         text = read_bytes(path, most).decode(encoding)
     except UnicodeDecodeError as error:
@@ -73,7 +85,10 @@ def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
 
 
 def read_json(path: Path) -> Any:
-    """Reads a JSON file; a file that cannot be read, is too large, or is not JSON raises a BadValueError."""
+    """Reads a JSON file.
+
+    An unreadable file, an oversized file, or invalid JSON raises a BadValueError.
+    """
     try:
         return json.loads(read_text(path, RESULTS))
     except (ValueError, RecursionError) as error:
@@ -81,7 +96,10 @@ def read_json(path: Path) -> Any:
 
 
 def check_size(path: Path, most: int) -> None:
-    """Raises a BadValueError for a file of more than ``most`` bytes, and for devices, pipes and sockets."""
+    """Checks that a file has at most ``most`` bytes.
+
+    A larger file, a device, a pipe or a socket raises a BadValueError.
+    """
     try:
         found = path.stat()
     except (OSError, ValueError) as error:  # a name that contains NUL raises a ValueError
@@ -98,7 +116,7 @@ def _complain(path: Path, size: int, most: int) -> BadValueError:
 
 
 def read_yaml(path: Path) -> Any:
-    """Parses a YAML file; the content must be checked by ``files.data_model``.
+    """Parses a YAML file. Its content must be checked by ``files.data_model``.
 
     A file that cannot be read, is not YAML, repeats a key, or is too large raises a BadValueError.
     """
@@ -106,13 +124,19 @@ def read_yaml(path: Path) -> Any:
 
 
 def parse_yaml(text: str, source: Path | str) -> Any:
-    """Parses YAML text, such as a command's argument; errors are those of ``read_yaml``."""
+    """Parses YAML text, such as a command's argument.
+
+    Errors are as in ``read_yaml``.
+    """
     with _translate_yaml(source):
         return yaml.load(text, _Loader)
 
 
 def check_yaml(path: Path) -> None:
-    """Raises a BadValueError unless a file is YAML; tags of other programs are allowed."""
+    """Checks that a file is YAML. Tags of other programs are allowed.
+
+    Otherwise a BadValueError is raised.
+    """
     with _translate_yaml(path):
         yaml.compose(read_text(path, SETTINGS), _Loader)
 
@@ -131,7 +155,9 @@ def _translate_yaml(path: Path | str) -> Iterator[None]:
 
 
 class _Loader(yaml.SafeLoader):
-    """Loader that parses numbers such as 1e-3 as in YAML 1.2, and rejects keys that are given twice.
+    """Loader that parses numbers such as 1e-3 as in YAML 1.2.
+
+    Repeated keys are rejected.
 
     PyYAML's C loader ends the process where brackets are nested very deep; this one raises a RecursionError.
     """

@@ -1,7 +1,7 @@
-"""Constraints on single values of files and arguments, used as type annotations; each has a ``check``.
+"""Constraints on single values of files and arguments, used as type annotations.
 
-Dataclass fields are annotated likewise, for example ``Annotated[float, Within(0.0, 1.0)]``. ``check_fields`` checks
-all of them when an object is created. A ``Setting`` next to the bound gives unit and source.
+Each constraint has a ``check``. Dataclass fields are annotated, for example ``Annotated[float, Within(0.0, 1.0)]``.
+``check_fields`` checks all of them when an object is created. A ``Setting`` next to the bound gives unit and source.
 """
 
 import enum
@@ -50,7 +50,10 @@ class Constraint(ABC):
 
     @abstractmethod
     def check(self, value: Any) -> Any:
-        """Returns a valid value in the form that the program uses; others raise a PydanticCustomError."""
+        """Returns a valid value in the form that the program uses.
+
+        An invalid value raises a PydanticCustomError.
+        """
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.check)
@@ -89,13 +92,19 @@ class Within(Constraint):
         return number
 
     def _suggest(self, value: float) -> str:
-        """Suggests a value within bounds that was probably meant; empty if there is none."""
+        """Suggests a valid value that was probably meant.
+
+        Empty if there is none.
+        """
         return ""
 
 
 @dataclass(frozen=True)
 class Length(Within):
-    """Constraint on a length, [m]: finite, from ``low`` to ``high``; suggests values that fit in mm."""
+    """Constraint on a length, [m], which is finite and from ``low`` to ``high``.
+
+    It suggests values that fit in mm.
+    """
 
     @override
     def _suggest(self, value: float) -> str:
@@ -185,7 +194,7 @@ type Name = Annotated[str, OneLine()]
 
 @dataclass(frozen=True)
 class FileName(Text):
-    """Constraint on a text: a file name that is portable and cannot leave the folder that the program chooses."""
+    """Constraint on a text: a portable file name that cannot leave the chosen folder."""
 
     @override
     def describe(self) -> JsonSchemaValue:
@@ -204,7 +213,10 @@ class FileName(Text):
 
 @dataclass(frozen=True)
 class OneOf(Constraint):
-    """Constraint on a text: one of several names, or of the values of an Enum, which become members."""
+    """Constraint on a text: one of several names, or the value of an Enum member.
+
+    The value becomes the member.
+    """
 
     kind: type[enum.Enum] | tuple[str, ...]
 
@@ -235,7 +247,10 @@ def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = ""
 
 
 def check_names(path: Path, key: str, names: Iterable[str]) -> None:
-    """Raises a BadValueError if a name from a file is not a valid ``Name``; empty names are allowed."""
+    """Checks that names from a file are valid; empty names are allowed.
+
+    Otherwise a BadValueError is raised.
+    """
     for name in filter(None, names):
         try:
             run_check("", OneLine().check, name)
@@ -244,7 +259,10 @@ def check_names(path: Path, key: str, names: Iterable[str]) -> None:
 
 
 def check_path(name: str, value: Any) -> Path:
-    """Converts a text or path object to a path; anything else raises a BadArgumentError."""
+    """Converts a text or path object to a path.
+
+    Anything else raises a BadArgumentError.
+    """
     if not isinstance(value, str | os.PathLike) or not str(value):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
     return Path(value)
@@ -260,13 +278,16 @@ class Setting:
 
 @dataclass(frozen=True)
 class Checked:
-    """Annotation with a function of the argument's name and value that checks and returns the value."""
+    """Annotation with a function that checks and returns a value.
+
+    Its arguments are the argument's name and value.
+    """
 
     function: Callable[[str, Any], Any]
 
 
 def check_fields(instance: Any) -> None:
-    """Checks all fields of a dataclass by their annotations, and replaces them with the checked values.
+    """Checks all fields of a dataclass by their annotations, and stores the checked values.
 
     Supported are annotations with a check (``Within``, ``Whole``, ``OneOf``, ``Checked``), members of an Enum or
     their texts, paths, Booleans, and instances of a class, or None if a field allows it. An invalid field raises a
@@ -281,7 +302,10 @@ def check_fields(instance: Any) -> None:
 
 
 class CheckedFields:
-    """Base of dataclasses that check their fields when created; an invalid field raises a BadArgumentError."""
+    """Base of dataclasses that check their fields when created.
+
+    An invalid field raises a BadArgumentError.
+    """
 
     __post_init__ = check_fields
 

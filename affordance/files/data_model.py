@@ -1,4 +1,4 @@
-"""Files as pydantic models, which declare each key with its bounds and give one-line errors.
+"""Describes files as pydantic models with bounds for each key and one-line errors.
 
 A model declares the keys of a mapping and their values; ``load_model`` reads a file into it. The first fault raises a
 BadValueError that names file, key, value and bound, and suggests the closest valid name.
@@ -20,7 +20,7 @@ from affordance.files.constraints import OURS
 
 
 class DataModel(BaseModel):
-    """Mapping in a file that may have only the keys that the class declares."""
+    """Mapping in a file that may only have the declared keys."""
 
     # Keys that are often given here by mistake, each with a hint to where it belongs.
     elsewhere: ClassVar[Mapping[str, str]] = {}
@@ -29,7 +29,7 @@ class DataModel(BaseModel):
 
 
 def load_model[M: BaseModel](path: Path, model: type[M]) -> M:
-    """Reads a YAML file into a model; the first fault raises a BadValueError."""
+    """Reads a YAML file into a model. The first fault raises a BadValueError."""
     return check_content(path, "", read_yaml(path), model)
 
 
@@ -87,7 +87,10 @@ def join_key(parts: Sequence[int | str]) -> str:
 
 
 def _describe_unknown(model: type[BaseModel], key: int | str) -> str:
-    """Describes an unknown key, and suggests where it belongs or the closest known key."""
+    """Describes an unknown key.
+
+    Suggests where it belongs, or the closest known key.
+    """
     known = [field.alias or name for name, field in model.model_fields.items()]
     place = model.elsewhere.get(str(key)) if issubclass(model, DataModel) else None
     hint = f"; {place}" if place else suggest(key, known)

@@ -12,7 +12,7 @@ from affordance.files.atomic import write_atomic
 
 
 def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
-    """Saves the picture of an error, and returns the error with the path of the file.
+    """Saves the picture of an error. Returns the error with the file's path.
 
     NAME.npz holds ``colour`` and ``depth`` unchanged; NAME.png shows them side by side, near bright and far dark.
     """
@@ -25,7 +25,10 @@ def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
 
 
 def _show_depth(depth: Array) -> NDArray[np.uint8]:
-    """Converts depth to shades of grey, (height, width, 3); black if there is no reading."""
+    """Converts depth to shades of grey, (height, width, 3).
+
+    Pixels without a reading are black.
+    """
     read = np.isfinite(depth) & (depth > 0.0)
     grey = np.zeros((*depth.shape, 1), dtype=np.uint8)
     if read.any():

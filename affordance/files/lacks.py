@@ -1,4 +1,4 @@
-"""Record of the tasks that an arm cannot do, in its model folder, so that later runs do not plan them."""
+"""Records the tasks that an arm cannot do, so that later runs do not plan them."""
 
 import hashlib
 from collections.abc import Mapping
@@ -19,14 +19,20 @@ _NOTE = """# Tasks that import-arm found to be infeasible for the arm of this fo
 
 
 def write_lacks(models: Path, lacks: Mapping[str, str]) -> None:
-    """Writes why tasks are infeasible, by name, into a model folder; writes no file if all are feasible."""
+    """Writes the reasons why tasks are infeasible, by name, into a model folder.
+
+    No file is written if all tasks are feasible.
+    """
     if lacks:
         content = {"tasks": dict(lacks), "digest": _compute_digest(models)}
         write_text(models / LACKS, _NOTE + yaml.safe_dump(content, sort_keys=False, width=110))
 
 
 def read_lacks(models: Path) -> dict[str, str]:
-    """Reads why tasks are infeasible, by name; empty without a record, or if files have changed since."""
+    """Reads the reasons why tasks are infeasible, by name.
+
+    Empty without a record, or if files have changed since.
+    """
     try:
         content = read_yaml(models / LACKS)
         tasks = {str(name): str(why) for name, why in content["tasks"].items()}

@@ -1,7 +1,7 @@
 """Reads triangles and their colours from OBJ, PLY and STL files, in the file's units and order.
 
-trimesh parses the files. Files are bounded in size, and so is what they promise to hold; Collada's XML may not define
-entities. Referenced files are opened only in the file's folder or below.
+trimesh parses the files. Size and declared contents of files are bounded. Collada's XML may not define entities.
+Referenced files are opened only in the file's folder or below.
 """
 
 import re
@@ -38,7 +38,10 @@ class Triangles(NamedTuple):
 
 
 def read_triangles(path: Path) -> Triangles:
-    """Reads an OBJ, PLY or STL file; an unreadable file, or one without finite triangles, raises a BadValueError."""
+    """Reads an OBJ, PLY or STL file.
+
+    An unreadable file, or a file without finite triangles, raises a BadValueError.
+    """
     if path.suffix.lower() not in FORMATS:
         problem = f"is a {path.suffix or 'file without suffix'}, must be one of {', '.join(FORMATS)}"
         hint = "; export it as OBJ, PLY or STL" if path.suffix else ""
@@ -69,10 +72,12 @@ def read_triangles(path: Path) -> Triangles:
 
 
 def load_scene(path: Path, **options: Any) -> Any:
-    """Loads a mesh file in FORMATS or COLLADA as a trimesh Scene, with options of trimesh.load_scene.
+    """Loads a mesh file as a trimesh Scene, with options of trimesh.load_scene.
 
-    A file that cannot be read, is too large, or promises more than its size raises a BadValueError. If trimesh cannot
-    parse a file, it can raise any error.
+    Formats are FORMATS and COLLADA.
+
+    A file that cannot be read, is too large, or declares more than its size allows raises a BadValueError. If trimesh
+    cannot parse a file, it can raise any error.
     """
     content = read_bytes(path, MESH)
     suffix = path.suffix.lower()
@@ -81,7 +86,10 @@ def load_scene(path: Path, **options: Any) -> Any:
     from trimesh.resolvers import FilePathResolver
 
     class SameFolder(FilePathResolver):
-        """Resolver of referenced files, restricted to the mesh's folder and below, and to a limited size."""
+        """Resolver that only finds referenced files in the mesh's folder and below.
+
+        Their size is limited.
+        """
 
         def get(self, name: str) -> Any:
             try:
@@ -94,7 +102,10 @@ def load_scene(path: Path, **options: Any) -> Any:
 
 
 def _check_promises(path: Path, content: bytes, suffix: str) -> None:
-    """Raises a BadValueError if a mesh declares more contents than its size allows, or is not XML."""
+    """Checks that a mesh declares no more contents than its size allows, and that XML is valid.
+
+    Otherwise a BadValueError is raised.
+    """
     if suffix == ".ply":
         head = content.partition(b"end_header")[0]
         promised = max((int(count[:20]) for count in _PLY_COUNT.findall(head)), default=0)

@@ -1,4 +1,4 @@
-"""Lists the files of a model folder that the program reads and that results depend on."""
+"""Lists the files of a model folder that results depend on."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -20,7 +20,10 @@ _LIBRARY = re.compile(r"^\s*(?:mtllib|map_\w+)\s+(\S+)\s*$", re.MULTILINE)
 
 
 def list_arm_files(directives: Path) -> tuple[Path, ...]:
-    """Lists the files of an arm, sorted: directives, package, and everything that they reference, recursively."""
+    """Lists the files of an arm, sorted.
+
+    These are directives, package, and all files that they reference, recursively.
+    """
     package = directives.parent / _PACKAGE
     found: dict[Path, None] = {}
     waiting = [directives, package]
@@ -34,7 +37,10 @@ def list_arm_files(directives: Path) -> tuple[Path, ...]:
 
 
 def list_model_files(folder: Path) -> tuple[Path, ...]:
-    """Lists the files of a model folder that the program reads, sorted, including tools' meshes."""
+    """Lists the files of a model folder that the program reads, sorted.
+
+    Meshes of tools are included.
+    """
     tasks = [folder / name for name in _FILES]
     tasks += [path for name in _FOLDERS for path in (folder / name).glob("*.yaml")]
     there = [path for path in tasks if path.is_file()]
@@ -44,7 +50,7 @@ def list_model_files(folder: Path) -> tuple[Path, ...]:
 
 
 def _list_named(path: Path, package: Path) -> Iterable[Path]:
-    """Lists the files that a file references, in its package or relative to its folder."""
+    """Lists the files that a file references, in its package or its folder."""
     if path.suffix in _DESCRIPTIONS:
         text = _read(path)
         return [

@@ -1,4 +1,4 @@
-"""Locations of the models, next to the package in a clone or inside it if installed, and of the studies."""
+"""Locations of the models and studies, in a clone or an installed package."""
 
 import importlib
 import sys
@@ -16,12 +16,15 @@ _CLONE = Path(__file__).resolve().parents[2]
 
 
 def list_studies() -> list[str]:
-    """Lists the names of the studies, which are folders with a module ``command``; empty outside a clone."""
+    """Lists the studies of a clone; empty elsewhere.
+
+    A study is a folder with a module ``command``.
+    """
     return sorted(path.parent.name for path in (_CLONE / "studies").glob("*/command.py"))
 
 
 def import_study(name: str) -> Any:
-    """Imports a study and returns ``STUDY`` of its module ``command``.
+    """Imports a study. Returns ``STUDY`` of its module ``command``.
 
     Raises:
         UnavailableError: There is no clone.

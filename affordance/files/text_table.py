@@ -1,4 +1,6 @@
-"""Tables of numbers as text, such as CSV: a line of names, and one row of numbers per line.
+"""Reads tables of numbers from text, such as CSV.
+
+A line of names precedes one row of numbers per line.
 
 This module imports neither pandas nor Drake, so that small commands start fast.
 """
@@ -19,7 +21,7 @@ _DELIMITERS = ",;\t "
 
 
 class TextTable(NamedTuple):
-    """Table of finite numbers, with the line of the file that each row comes from."""
+    """Table of finite numbers, with each row's line in the file."""
 
     names: list[str]  # names of the columns, length k; empty texts if there is no line of names
     values: Array  # numbers, shape (N, k)
@@ -78,7 +80,7 @@ def _read_number(cell: str) -> float | None:
 def _explain(
     path: Path, lines: Sequence[str], rows: Sequence[int], names: Sequence[str], delimiter: str, skipping: str
 ) -> BadValueError:
-    """Builds the error about the first row that is not one number for each column."""
+    """Builds the error about the first row that does not have a number for each column."""
     width = len(names)
     usual = Counter(len(_split(lines[number], delimiter)) for number in rows).most_common(1)[0][0]
     hint = "" if usual == width or not skipping else f" ({skipping})"

@@ -1,4 +1,4 @@
-"""Reads external XML; rejects entities, which could exhaust memory or include other files."""
+"""Reads external XML without entities, which could exhaust memory or include files."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,14 +10,18 @@ from affordance.files.bounded import read_bytes
 
 
 def read_xml(path: Path, most: int) -> Element:
-    """Reads an XML file of at most ``most`` bytes; errors are those of ``parse_xml``, or that it is larger."""
+    """Reads an XML file of at most ``most`` bytes.
+
+    A larger file is an error; other errors are as in ``parse_xml``.
+    """
     return parse_xml(path, read_bytes(path, most))
 
 
 def parse_xml(path: Path, content: bytes) -> Element:
-    """Parses XML from bytes; namespaces are prefixes, which need not be declared: ``drake:x`` becomes ``{drake}x``.
+    """Parses XML from bytes. Prefixes become namespaces without declaration.
 
-    What is not XML or defines entities raises a BadValueError, which names the line.
+    For example, ``drake:x`` becomes ``{drake}x``. Invalid XML, or XML with entities, raises a BadValueError that
+    names the line.
     """
     parser, tree = expat.ParserCreate(), TreeBuilder()
     parser.buffer_text = True

@@ -1,4 +1,4 @@
-"""Claims of a report: criteria on numbers, each met or not, with values and bounds as text."""
+"""Claims of a report, with criteria on numbers, values and bounds."""
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
@@ -48,7 +48,7 @@ class Criterion(NamedTuple):
 
 
 class CriterionResult(NamedTuple):
-    """Result of a criterion: its value and bound as text, and whether it is met."""
+    """Result of a criterion: value and bound as text, and True if it is met."""
 
     name: str
     value: str
@@ -57,7 +57,10 @@ class CriterionResult(NamedTuple):
 
 
 class ClaimResult(NamedTuple):
-    """Claim with the results of its criteria. It is met if all of them are; the first is the headline."""
+    """Claim with the results of its criteria, the first of which is the headline.
+
+    The claim is met if all criteria are met.
+    """
 
     key: str
     source: str
@@ -82,12 +85,15 @@ def check(name: str, value: Any, unit: Unit = NONE, **bounds: Any) -> Criterion:
 
 
 def confirm(name: str, value: bool) -> Criterion:
-    """States a criterion that is met if a value is true; the value is shown as yes or no."""
+    """States a criterion that is met if a value is true.
+
+    The value is shown as yes or no.
+    """
     return Criterion(name, value, NONE, {"is": True})
 
 
 def claim(key: str, source: str, text: str, *criteria: Criterion) -> ClaimResult:
-    """Judges a claim, which is met if all its criteria are.
+    """Tests a claim, which is met if all its criteria are met.
 
     A value that is infinite, undefined or empty meets no criterion.
     """
@@ -109,7 +115,10 @@ def _judge(criterion: Criterion) -> CriterionResult:
 
 
 def _show(unit: Unit, value: Any, bound: Any) -> str:
-    """Formats a value in its unit, with enough decimals to show on which side of the bound it is."""
+    """Formats a value in its unit.
+
+    It has enough decimals to show on which side of the bound it is.
+    """
     if not value.size:
         return "none"
     entries = np.ravel(value) * unit.scale
@@ -121,7 +130,10 @@ def _show(unit: Unit, value: Any, bound: Any) -> str:
 
 
 def _show_bound(unit: Unit, bound: Any) -> str:
-    """Formats a bound in the unit of its value; a literal number keeps the digits with which it was written."""
+    """Formats a bound in the unit of its value.
+
+    A literal number keeps its digits.
+    """
     entries = np.unique(np.atleast_1d(bound) * unit.scale)
     is_computed = isinstance(bound, np.ndarray | np.generic | xr.DataArray)
     shown = [f"{entry:.{unit.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries[:_SHOWN]]
@@ -134,6 +146,9 @@ def _join(shown: Sequence[str], unit: Unit, count: int) -> str:
 
 
 def with_interval(name: str, values: Any) -> dict[str, Any]:
-    """Computes the mean over observers (the first axis), and its 95 % interval under ``NAME_ci95``."""
+    """Computes the mean over observers and its 95 % interval, ``NAME_ci95``.
+
+    Observers are on the first axis.
+    """
     estimate = estimate_mean(np.asarray(values))
     return {name: estimate.mean, f"{name}_ci95": estimate.ci95}

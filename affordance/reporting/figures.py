@@ -1,4 +1,7 @@
-"""Figures of results, in the colour-blind safe palette of Okabe & Ito; heights are drawn in cm."""
+"""Draws figures of results in the colour-blind safe palette of Okabe & Ito.
+
+Heights are in cm.
+"""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -33,7 +36,10 @@ _METRES_TO_CM = 100.0
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> None:
-    """Writes a figure as NAME.png and NAME.svg, each atomically and with reproducible bytes."""
+    """Writes a figure as NAME.png and NAME.svg.
+
+    Writing is atomic, and the bytes are reproducible.
+    """
     matplotlib.rcParams["svg.hashsalt"] = "affordance"
     prepare_figure(figure)
     write_atomic(folder / f"{name}.png", lambda path: figure.savefig(path, dpi=200))
@@ -41,7 +47,7 @@ def save_figure(figure: Figure, folder: Path, name: str) -> None:
 
 
 def prepare_figure(figure: Figure) -> None:
-    """Turns on automatic layout of a figure that has none, and makes dollar signs in its texts literal."""
+    """Turns on automatic layout unless a figure has one, and makes dollar signs literal."""
     if figure.get_layout_engine() is None:
         figure.set_layout_engine("constrained")
     for text in figure.findobj(Text):  # Tick labels are set at drawing time, so powers of ten remain formulae.
@@ -49,7 +55,10 @@ def prepare_figure(figure: Figure) -> None:
 
 
 def count_columns(labels: Sequence[str]) -> int:
-    """Counts how many labels fit side by side in a legend below a 12-inch figure, at most 6."""
+    """Computes how many labels fit in a row of a legend, at most 6.
+
+    The legend is below a 12-inch figure.
+    """
     longest = max(len(line) for each in labels for line in each.split("\n"))
     return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + longest)))
 
@@ -69,7 +78,7 @@ def darken(colour: str) -> tuple[float, float, float]:
 def draw_density_and_drop(
     *, quartiles: Array, mode: Array, density_true: float, drop: Estimate, masses: Array, num_repeats: int
 ) -> Figure:
-    """Draws figure 3: the density belief after each of K trials, and the drop of the arm in each, at two scales.
+    """Plots figure 3: density belief after each of K trials, and the arm's drop, at two scales.
 
     Args:
         quartiles: Quartiles of the belief before the first and after each trial, (K + 1, 3), [kg/m^3].
@@ -109,7 +118,10 @@ def draw_density_and_drop(
 
 
 def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, first: int = 0) -> None:
-    """Draws the mean drop, [m], in each trial from the first given one on, labelled with its object's mass, [kg]."""
+    """Plots the mean drop in each trial from a first one on, [m].
+
+    Labels are the masses of the objects, [kg].
+    """
     positions = np.arange(first, len(masses)) + 1
     height, low, high = (_METRES_TO_CM * each[first:] for each in drop)
     colours = [_style(k)[0] for k in range(first, len(masses))]
@@ -128,7 +140,9 @@ def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, fir
 def draw_heights(
     *, times: Array, shown: Array, mean: Estimate, labels: list[str], shown_label: str, num_repeats: int
 ) -> Figure:
-    """Draws figure 4: the height of each of K objects over time; the last one is the decoy.
+    """Plots figure 4: height of each of K objects over time.
+
+    The last object is the decoy.
 
     Args:
         times: Times, (N,), [s].
@@ -173,7 +187,9 @@ def draw_heights_of_points(
     shown_label: str,
     num_repeats: int,
 ) -> Figure:
-    """Draws figure 6: the heights of K objects over time, and of several points of the last one, the decoy.
+    """Plots figure 6: heights of K objects, and of several points of the decoy.
+
+    The decoy is the last object.
 
     Args:
         times: Times, (N,), [s].
@@ -212,7 +228,7 @@ def draw_heights_of_points(
 
 
 def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) -> Figure:
-    """Draws figures 8 and 10: the proportion of correct choices over trials.
+    """Plots figures 8 and 10: proportion of correct choices over trials.
 
     Args:
         panels: For each panel title, proportions before the first and after each of K trials, (K + 1,), by label.
@@ -239,7 +255,7 @@ def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) ->
 
 
 def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
-    """Draws the demanded path and the executed paths from above and from behind.
+    """Plots the demanded path and the executed paths from above and from behind.
 
     Args:
         reference: Points of the demanded path, (N, 3), [m].
@@ -267,7 +283,10 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
 
 
 def _mark_times(times: Array, *all_axes: Axes) -> None:
-    """Labels the time axes and draws the goal height, with a legend in the first plot only."""
+    """Labels the time axes, and marks the goal height.
+
+    Only the first plot has a legend.
+    """
     for axes in all_axes:
         goal = axes.axhline(0.0, color="#000000", linewidth=1.2, linestyle=":")
         axes.set(xlabel="time (s)", xlim=(times[0], times[-1]))
@@ -275,7 +294,10 @@ def _mark_times(times: Array, *all_axes: Axes) -> None:
 
 
 def _plot_mean(axes: Axes, times: Array, heights: Estimate, line: str, colour: str, name: str = "") -> None:
-    """Draws mean heights, [m], with their interval; ``name`` appears in the legend if given."""
+    """Plots mean heights with their interval, [m].
+
+    ``name`` appears in the legend if given.
+    """
     mean, low, high = (_METRES_TO_CM * each for each in heights)
     axes.plot(times, mean, line, color=colour, label=label(name) if name else None, linewidth=1.6)
     axes.fill_between(times, low, high, color=colour, alpha=0.3, linewidth=0.0)

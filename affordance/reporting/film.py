@@ -1,4 +1,7 @@
-"""Films of an arm with several objects side by side, made with Drake's renderer and matplotlib."""
+"""Makes films of an arm with several objects side by side.
+
+Drake's renderer and matplotlib draw them.
+"""
 
 from functools import partial
 from pathlib import Path
@@ -26,7 +29,10 @@ _WIDTH = 42  # of a picture's title, [characters]
 
 
 def check_film(path: Path) -> None:
-    """Raises a BadValueError if no film with this suffix can be written."""
+    """Checks that a film with this suffix can be written.
+
+    Otherwise a BadValueError is raised.
+    """
     if path.suffix not in (".gif", *_CODECS):
         raise BadValueError("FILE", "suffix", describe_choice(path.suffix, (".gif", *_CODECS)))
     if path.suffix in _CODECS:
@@ -99,7 +105,7 @@ def _find_ffmpeg(path: Path) -> str:
 
 
 def _compute_height_line(directives: Path) -> Array:
-    """Computes the end points of the line at the height to hold."""
+    """Computes the end points of a line at the height to hold."""
     arm = load_arm(directives)
     context = arm.plant.CreateDefaultContext()
     arm.set_posture(context, arm.home)

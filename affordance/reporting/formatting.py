@@ -1,4 +1,4 @@
-"""Formatting of numbers, names and tables, shared by report, figures and commands."""
+"""Formats numbers, names and tables for report, figures and commands."""
 
 import itertools
 import math
@@ -16,7 +16,7 @@ _MAX_DIGITS = 9
 
 
 def format_number(value: float, digits: int = 3) -> str:
-    """Formats a number with the given number of significant digits, without an exponent from 1e-4 to 1e6.
+    """Formats a number with significant digits, without an exponent from 1e-4 to 1e6.
 
     Zero, infinity and NaN become "0", "infinite" and "undefined".
     """
@@ -37,7 +37,10 @@ def format_number(value: float, digits: int = 3) -> str:
 
 
 def format_beside(value: float, bound: float, digits: int = 1) -> str:
-    """Formats a number with at least ``digits`` decimals, enough to show on which side of a bound it is."""
+    """Formats a number with at least ``digits`` decimals.
+
+    It has enough decimals to show on which side of a bound it is.
+    """
     if 0.0 < abs(bound) < 1e-4:
         return format_number(value, max(2, digits))
     for more in range(digits, _MAX_DIGITS):
@@ -48,7 +51,7 @@ def format_beside(value: float, bound: float, digits: int = 1) -> str:
 
 
 def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = (), width: int = 0) -> list[str]:
-    """Formats rows of cells as lines of a table, with two spaces between columns.
+    """Formats rows of cells as table lines, with two spaces between columns.
 
     Columns in ``right`` are right-aligned. If the lines are wider than ``width`` (0 for any width), cells of the
     widest columns are wrapped between words. Invisible characters, and line breaks within a cell, are replaced.
@@ -85,10 +88,12 @@ def tabulate_within(
     left_out: Collection[int] = (),
     right: Collection[int] = (),
 ) -> list[str]:
-    """Formats rows as ``tabulate`` does, dropping less important columns if lines are wider than ``width``.
+    """Formats rows as ``tabulate`` does, without less important columns if lines are too wide.
 
-    Columns in ``left_out`` are always dropped; then those of ``order``, one by one, until the lines fit. If that is
-    not enough, cells are wrapped.
+    The limit is ``width``.
+
+    Columns in ``left_out`` are always dropped. Then columns in ``order`` are dropped one by one until the lines fit.
+    If that is not enough, cells are wrapped.
     """
     omitted = set(left_out)
     waiting = list(order)
@@ -102,7 +107,10 @@ def tabulate_within(
 
 
 def break_line(line: str, width: int) -> list[str]:
-    """Wraps a line between words at ``width`` characters (0 for any width); continuation lines are indented."""
+    """Wraps a line between words at ``width`` characters (0 for any width).
+
+    Continuation lines are indented.
+    """
     if not width or len(line) <= width:
         return [line]
     indent = " " * (len(line) - len(line.lstrip()) + 2)
@@ -112,8 +120,8 @@ def break_line(line: str, width: int) -> list[str]:
 def format_known(value: float, uncertainty: float) -> str:
     """Formats a number with the digits that its uncertainty allows.
 
-    The last digit shown is the second significant digit of the uncertainty, but at most three significant digits of
-    the number are shown.
+    The last digit is the second significant digit of the uncertainty. At most three significant digits of the number
+    are shown.
     """
     if not (math.isfinite(value) and math.isfinite(uncertainty)) or uncertainty <= 0.0 or value == 0.0:
         return format_number(value)
@@ -126,7 +134,7 @@ def format_known(value: float, uncertainty: float) -> str:
 
 
 def format_duration(seconds: float) -> str:
-    """Formats a duration in seconds, minutes or hours, whichever is most readable."""
+    """Formats a duration in seconds, minutes or hours, as is most readable."""
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 100.0 * 60.0 else f"{seconds / 3600.0:.1f} h"
@@ -138,7 +146,10 @@ def count_observers(num: int) -> str:
 
 
 def fold(text: str, width: int = AXIS_WIDTH) -> str:
-    """Wraps a text at spaces, hyphens and underscores, or within a piece that is wider than a line."""
+    """Wraps a text at spaces, hyphens and underscores.
+
+    A piece that is wider than a line is broken within.
+    """
     lines = [""]
     for piece in re.findall(r"[^\s_-]*[\s_-]?", text):
         if len((lines[-1] + piece).rstrip()) > width:
@@ -151,5 +162,8 @@ def fold(text: str, width: int = AXIS_WIDTH) -> str:
 
 
 def label(text: str, width: int = 44) -> str:
-    """Wraps a text as a legend label; replaces underscores, as matplotlib hides labels that begin with one."""
+    """Wraps a text as a legend label, and replaces underscores.
+
+    Matplotlib hides labels that begin with an underscore.
+    """
     return fold(text.replace("_", " "), width)

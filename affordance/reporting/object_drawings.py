@@ -1,4 +1,4 @@
-"""Side-view drawings of objects, made from their tools file."""
+"""Draws objects in side view from their tools file."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -37,10 +37,9 @@ _EXPECTED: dict[str, Any] = {
 
 
 class Drawing(NamedTuple):
-    """Object to draw as it is held, in the colours it shows or (``as_made``) those of its true materials.
+    """Object to draw in its visible colours, or in its true materials (``as_made``).
 
-    For a decoy, the expected centre of mass is drawn too: the one the object would have if it were made of what it
-    looks like.
+    A decoy also shows its expected centre of mass, which follows from its apparent materials.
     """
 
     tool: Tool
@@ -103,7 +102,10 @@ def compute_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
 
 
 def _outline_ellipsoid(part: Component) -> Patch:
-    """Computes the outline of an ellipsoid seen along Tz: the ellipse of the upper left block of R diag(a^2) R^T."""
+    """Computes the outline of an ellipsoid seen along Tz.
+
+    It is the ellipse of the upper left block of R diag(a^2) R^T.
+    """
     R_TE = part.X_TE[:3, :3]
     shadow = (R_TE * part.shape.sizes**2) @ R_TE.T
     squares, directions = np.linalg.eigh(shadow[:2, :2])
@@ -114,7 +116,10 @@ def _outline_ellipsoid(part: Component) -> Patch:
 
 
 def _outline_solid(part: Component) -> Patch:
-    """Computes the outline of a convex solid seen along Tz: the convex hull of its support points."""
+    """Computes the outline of a convex solid seen along Tz.
+
+    It is the convex hull of the support points.
+    """
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
     turns = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False) + _OFF_AXIS
     points = [
@@ -125,7 +130,10 @@ def _outline_solid(part: Component) -> Patch:
 
 
 def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> None:
-    """Draws the projection of a mesh along Tz, with its dents and holes, and its silhouette edges."""
+    """Draws the projection of a mesh along Tz.
+
+    Dents, holes and silhouette edges are visible.
+    """
     corners = _METRES_TO_CM * (mesh.vertices @ X_TE[:3, :3].T + X_TE[:3, 3])[:, :2]
     triangles = corners[mesh.faces]
     many = len(triangles) > _MANY
@@ -142,14 +150,17 @@ def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> N
 
 
 def _compute_expected_centre(tool: Tool) -> Array | None:
-    """Computes the centre of mass that a tool appears to have; None if it is close to the true one."""
+    """Computes the centre of mass that a tool appears to have.
+
+    Returns None if it is close to the true one.
+    """
     parts = tuple(replace(part, material=part.looks_like) for part in tool.components)
     seeming = replace(tool, components=parts)
     return None if np.linalg.norm(seeming.p_TTcm - tool.p_TTcm) < _APART else seeming.p_TTcm
 
 
 def draw_object(axes: Axes, drawing: Drawing) -> None:
-    """Draws an object projected along Tz, in centimetres, with the hand and its true centre of mass."""
+    """Draws an object along Tz, in centimetres, with the hand and its true centre of mass."""
     tool = drawing.tool
     for part in tool.components:
         colour = (part.material if drawing.as_made else part.looks_like).colour

@@ -1,4 +1,4 @@
-"""Renderings of arm, tool and nail with Drake's own renderer, which needs no display.
+"""Renders arm, tool and nail with Drake's renderer, which needs no display.
 
 Frames: world W, camera C (Cz is the viewing direction, Cy points down). The camera is to the right of the arm,
 slightly above and in front of it; from there a right arm does not hide the object in its hand.
@@ -57,7 +57,10 @@ _LIGHTS = [
 
 
 class Pose(NamedTuple):
-    """Joint angles of an arm, [rad], with a tool and perhaps a nail, which has travelled since it was set, [m]."""
+    """Joint angles of an arm, [rad], with a tool and perhaps a nail.
+
+    The nail's travel is in [m].
+    """
 
     tool: Tool
     placement: NailPlacement | None
@@ -68,7 +71,7 @@ class Pose(NamedTuple):
 def render_poses(
     directives: Path, poses: Sequence[Pose], *, width: int, height: int, p_WG: Array | None = None
 ) -> list[Image]:
-    """Renders the whole arm with tool and nail, using one camera that sees all of every pose.
+    """Renders the whole arm with tool and nail, with one camera for all poses.
 
     Points of a demanded path, (N, 3), [m], are drawn as a red line. Each picture is RGB, (height, width, 3).
     """
@@ -82,7 +85,9 @@ def render_poses(
 
 
 def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
-    """Renders close-ups of nails and tools at a common scale; pictures are those of ``render_poses``.
+    """Renders close-ups of nails and tools at a common scale.
+
+    Pictures are as in ``render_poses``.
 
     Raises:
         ValueError: If a pose has no nail.
@@ -103,7 +108,10 @@ class _Scene:
     """Diagram of an arm with a tool and a nail, which renders poses."""
 
     def __init__(self, directives: Path, pose: Pose, p_WG: Array | None = None) -> None:
-        """Builds the Diagram for the tool and nail of a pose, with a line through given points, (N, 3), [m]."""
+        """Builds the Diagram for the tool and nail of a pose.
+
+        It includes a line through given points, (N, 3), [m].
+        """
         builder = DiagramBuilder()
         arm = add_arm(builder, directives, pose.tool, pose.placement)
         scene_graph = builder.GetSubsystemByName("scene_graph")
@@ -126,7 +134,7 @@ class _Scene:
         return self._port.Eval(self._graph_context)
 
     def compute_corners(self, pose: Pose) -> Array:
-        """Computes the corners of boxes that contain all visible geometry in a pose, in W, (N, 3), [m]."""
+        """Computes corners of boxes around all visible geometry, in W, (N, 3), [m]."""
         query = self._set_pose(pose)
         inspector = query.inspector()
         corners = []
@@ -171,7 +179,10 @@ def _add_line(scene_graph: SceneGraph, p_WG: Array) -> None:
 
 
 def _turn_camera(elevation: float) -> RotationMatrix:
-    """Computes the axes R_WC of a camera to the right of the arm (-Wy), turned towards its front (Wx)."""
+    """Computes the axes R_WC of a camera to the right of the arm (-Wy).
+
+    The camera is turned towards the arm's front (Wx).
+    """
     looks = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), -np.tan(elevation)])
     looks /= np.linalg.norm(looks)
     right = np.cross(looks, [0.0, 0.0, 1.0])
@@ -180,7 +191,7 @@ def _turn_camera(elevation: float) -> RotationMatrix:
 
 
 def _step_back(points: Array, R_WC: RotationMatrix, aspect: float) -> Array:
-    """Computes the nearest camera position from which all points are centred and in the picture.
+    """Computes the nearest camera position that shows all points, centred.
 
     A point (x, y, z) in C's axes is in the picture of a camera at (a, b, c) if |x - a| <= k (z - c), where k is the
     tangent of half the field of view; likewise for y.

@@ -1,4 +1,4 @@
-"""Replay of recorded joint angles as a self-contained Meshcat web page.
+"""Replays recorded joint angles as a self-contained Meshcat web page.
 
 A blow lasts a few milliseconds, so a scene may run slower around it, with the camera zoomed in.
 """
@@ -93,7 +93,7 @@ display:grid;grid-template-columns:auto 1fr auto;gap:2px 12px;align-items:center
 
 
 class Scene(NamedTuple):
-    """Motion of the arm with one tool in its hand, and a nail if there is one."""
+    """Motion of the arm with a tool in its hand, and perhaps a nail."""
 
     tool: Tool
     times: Array  # times, (N,), starting at 0, [s]
@@ -107,7 +107,10 @@ class Scene(NamedTuple):
 
 @dataclass(frozen=True)
 class Replay:
-    """Scenes of an experiment, to be called with the path of a page, or to be made a film of."""
+    """Scenes of an experiment, which can become a page or a film.
+
+    A call with a path writes the page.
+    """
 
     directives: Path
     title: str
@@ -115,17 +118,17 @@ class Replay:
     p_WG: Array | None = None  # points of the demanded path, (N, 3), [m]; None for the height to hold
 
     def __call__(self, path: Path) -> None:
-        """Writes the page, as ``write_replay``."""
+        """Writes the page; see ``write_replay``."""
         write_replay(path, self.directives, self.scenes, title=self.title, p_WG=self.p_WG)
 
 
 def write_replay(
     path: Path, directives: Path, scenes: Sequence[Scene], *, title: str, p_WG: Array | None = None
 ) -> None:
-    """Writes the scenes, one after the other, as a self-contained page.
+    """Writes the scenes as a self-contained page, one after the other.
 
-    Points of the demanded path, (N, 3), [m], are drawn as a line; None for a line at the height of the hand in its
-    home posture, or no line if there is a nail. A slow interval outside its scene, or a factor below 1, is a
+    Points of the demanded path, (N, 3), [m], are drawn as a line. With None the line is at the height of the hand in
+    its home posture, or missing if there is a nail. A slow interval outside its scene, or a factor below 1, is a
     ValueError. An AffordanceError means that Meshcat cannot open a local port (as where DRAKE_ALLOW_NETWORK excludes
     it).
     """
@@ -149,11 +152,13 @@ def write_replay(
 
 
 def open_meshcat(what: str) -> Meshcat:
-    """Opens Meshcat on a local port; raises an AffordanceError, with what is to be drawn, if it cannot.
+    """Opens Meshcat on a local port.
 
-    Meshcat obeys every website that a browser of this machine shows, and a broken message ends its process. So it
-    gets an arbitrary one of this machine's 16 million own addresses, which no website knows; macOS has a single one.
-    The port is arbitrary, too: with a known one, trying all addresses takes some hours.
+    If this fails, an AffordanceError names what cannot be drawn.
+
+    Meshcat obeys every website that a browser of this machine shows, and a broken message ends its process. It
+    therefore gets a random one of this machine's 16 million local addresses, which no website knows; macOS has only
+    one. The port is random, too: with a known port, trying all addresses takes some hours.
     """
     own = "127." + ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
     try:
@@ -165,7 +170,10 @@ def open_meshcat(what: str) -> Meshcat:
 def _record(
     meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None
 ) -> tuple[list[str], SideView]:
-    """Plays the scenes into Meshcat's recording; returns the caption of each, and the view of the camera."""
+    """Plays the scenes into Meshcat's recording.
+
+    Returns each scene's caption, and the view of the camera.
+    """
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     hand = parse_arm(plant, directives)
@@ -226,7 +234,7 @@ def _record(
 
 
 def slow_down(scene: Scene) -> Scene:
-    """Resamples a scene at the frames of the replay, interpolating between rows of the log."""
+    """Resamples a scene at the frames of the replay by interpolation."""
     if scene.slow is None:
         return scene
     begin, end, factor = scene.slow
@@ -252,7 +260,10 @@ def _zoom(slow: tuple[float, float, float] | None, time: float) -> float:
 
 
 def _describe(scene: Scene, start: float) -> str:
-    """Returns the caption of a scene that begins at a replay time, with its slow motion."""
+    """Returns the caption of a scene with its slow motion.
+
+    The scene begins at a replay time.
+    """
     if scene.slow is None:
         return scene.caption
     begin, end, factor = scene.slow
@@ -261,7 +272,10 @@ def _describe(scene: Scene, start: float) -> str:
 
 
 def find_held_height(p_WB: Array, p_WH: Array) -> Array:
-    """Finds the ends of a line at the height to hold, (2, 3), [m], from the places of base and hand at home."""
+    """Computes the ends of a line at the height to hold, (2, 3), [m].
+
+    It depends on the home positions of base and hand.
+    """
     out = (p_WH - p_WB) * [1.0, 1.0, 0.0]
     return np.array([p_WH - 0.3 * out, p_WH + 0.45 * out])
 
@@ -274,7 +288,10 @@ def set_stage(
     p_WG: Array | None,
     placements: Sequence[NailPlacement],
 ) -> None:
-    """Draws the demanded path, or the height to hold if there is no nail, before a white background."""
+    """Draws the demanded path, or else the height to hold, on a white background.
+
+    With a nail there is no height to hold.
+    """
     p_WH = hand.CalcPoseInWorld(plant_context).translation()
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     p_WBo = first_joint.frame_on_parent().CalcPoseInWorld(plant_context).translation()
@@ -289,7 +306,10 @@ def set_stage(
 
 
 def _add_bar(page: str, title: str, legend: str, captions: Sequence[str], view: SideView) -> str:
-    """Sets the title of the page and adds a bar to its foot: play, clock, time, and the caption of what is shown."""
+    """Sets the page's title, and adds a bar at its foot.
+
+    The bar has play, clock, time, and the caption of the scene.
+    """
     lines = "".join(f"<span>{html.escape(caption)}</span>" for caption in captions)
     bar = _BAR % (html.escape(title), legend, lines, [view.wide, view.high])
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>")

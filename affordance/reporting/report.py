@@ -1,4 +1,4 @@
-"""Report page: figures of the experiments, and the paper's claims, each met or not, with numbers.
+"""Builds the report page with figures, and with the paper's claims and their numbers.
 
 Each experiment stores a section next to its figures; the page is built from all sections in a results folder.
 """
@@ -60,7 +60,10 @@ def remove_section(folder: Path) -> None:
 
 
 def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection[str] = ()) -> None:
-    """Records why experiments were left out of a results folder, and removes completed ones from the record."""
+    """Records why experiments were left out of a results folder.
+
+    Completed experiments are removed from the record.
+    """
     kept = {name: why for name, why in _read_left_out(folder).items() if name not in done} | dict(left_out)
     if kept:
         write_json(folder / _LEFT_OUT, kept)
@@ -69,7 +72,9 @@ def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection
 
 
 def write_report(folder: Path) -> Path:
-    """Writes FOLDER/report.html from the sections in its subfolders, and lists the experiments left out.
+    """Writes FOLDER/report.html from the sections in its subfolders.
+
+    The report lists the experiments that were left out.
 
     An invalid section is logged and quarantined; a section with unreadable figures is logged and left out.
     """
@@ -107,7 +112,9 @@ def write_report(folder: Path) -> Path:
 
 
 def _read_shares() -> tuple[dict[str, float], int]:
-    """Reads the fraction of settings in which each claim holds, by section and key, and the number of settings.
+    """Reads in which fraction of settings each claim holds, and the number of settings.
+
+    Fractions are by section and key.
 
     Both are empty outside a clone.
     """
@@ -119,15 +126,18 @@ def _read_shares() -> tuple[dict[str, float], int]:
 
 
 def _find_trust(folder: Path) -> str:
-    """Finds the path to docs/trust.md relative to a results folder; empty unless both are in the same clone."""
+    """Finds the path to docs/trust.md relative to a results folder.
+
+    Empty unless both are in the same clone.
+    """
     folder, clone = folder.resolve(), _TRUST.parents[1]
     return os.path.relpath(_TRUST, folder) if folder.is_relative_to(clone) and _TRUST.is_file() else ""
 
 
 class _Run(NamedTuple):
-    """Description of a run: its setup; its number of repeats, seed, versions and date; and whether it is usual.
+    """Description of a run: setup, repeats, seed, versions and date.
 
-    A run is usual if it has the program's own models and settings, around which the robustness study varies them.
+    A run is usual if it has the program's own models and settings. The robustness study varies these.
     """
 
     setup: str
@@ -136,7 +146,10 @@ class _Run(NamedTuple):
 
 
 def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
-    """Groups the names of folders by run; folders with incomplete metrics are left out."""
+    """Groups the names of folders by run.
+
+    Folders with incomplete metrics are left out.
+    """
     runs: dict[_Run, list[str]] = {}
     for folder in folders:
         try:
@@ -167,7 +180,10 @@ def _describe_setup(setup: Mapping[str, Any]) -> str:
 
 
 def _choose_heading(sections: Sequence[Mapping[str, Any]]) -> str:
-    """Chooses the heading: the paper's if one of its simulations is present, else that of a single section."""
+    """Chooses the heading of the report.
+
+    It is the paper's if one of its simulations is present, else a single section's.
+    """
     if any(section["anchor"] in _OF_THE_PAPER for section in sections):
         return "the paper and what we find"
     return str(sections[0]["title"]) if len(sections) == 1 else "results"
@@ -186,7 +202,10 @@ def _read_left_out(folder: Path) -> dict[str, str]:
 
 
 def _describe(error: Exception) -> str:
-    """Describes an error in one line; for a validation error, only its first problem."""
+    """Describes an error in one line.
+
+    A validation error is described by its first problem.
+    """
     if not isinstance(error, ValidationError):
         return str(error)
     first = error.errors()[0]
@@ -194,7 +213,10 @@ def _describe(error: Exception) -> str:
 
 
 def _prepare(section: Section, home: Path, shares: Mapping[str, float]) -> dict[str, Any]:
-    """Prepares a section for the template: embeds figures, links its files, and adds the robustness of its claims."""
+    """Prepares a section for the template.
+
+    Figures are embedded, files linked, and the robustness of claims added.
+    """
     prepared: dict[str, Any] = section._asdict()
     prepared["anchor"] = re.sub(r"[^a-z0-9]+", "-", home.name.lower())
     prepared["figures"] = [

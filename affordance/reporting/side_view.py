@@ -1,4 +1,4 @@
-"""Camera at the side of an arm, from which all of a motion is seen as large as the window allows."""
+"""Places a camera at the side of an arm so that it sees the whole motion."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -19,7 +19,7 @@ _CORNERS = np.stack(np.meshgrid(*3 * [[-1.0, 1.0]]), axis=-1).reshape(-1, 3)
 
 
 class SideView(NamedTuple):
-    """Place and target of a camera, (3,), [m], and tangents of half the angles that it must see."""
+    """Position and target of a camera, (3,), [m], with tangents of half its view angles."""
 
     place: Array
     target: Array
@@ -28,7 +28,7 @@ class SideView(NamedTuple):
 
 
 def list_corners(query: QueryObject) -> Array:
-    """Lists the corners of boxes around all shapes that are drawn, (N, 3), [m]."""
+    """Lists the corners of boxes around all drawn shapes, (N, 3), [m]."""
     inspector = query.inspector()
     corners = []
     for frame in inspector.GetAllFrameIds():
@@ -40,7 +40,10 @@ def list_corners(query: QueryObject) -> Array:
 
 
 def find_direction(plant: MultibodyPlant, context: Context, hand: Frame) -> Array:
-    """Finds the horizontal direction from an arm's base to its hand, (3,); that of x where there is none."""
+    """Finds the horizontal direction from an arm's base to its hand, (3,).
+
+    Without one, the direction is along x.
+    """
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     places = [frame.CalcPoseInWorld(context).translation() for frame in (first_joint.frame_on_parent(), hand)]
     out = (places[1] - places[0]) * [1.0, 1.0, 0.0]
@@ -49,9 +52,11 @@ def find_direction(plant: MultibodyPlant, context: Context, hand: Frame) -> Arra
 
 
 def place_camera(points: Array, out: Array, middle: Sequence[float] | Array | None = None) -> SideView:
-    """Places a camera so that points, (N, 3), [m], are seen, with a horizontal direction, (3,), to the right.
+    """Places a camera that sees given points, (N, 3), [m].
 
-    The middle of the picture, (3,), [m], is that of the points if none is given.
+    A horizontal direction, (3,), is to the right.
+
+    The middle of the picture, (3,), [m], is by default the middle of the points.
     """
     axes = np.array([out, _UP, np.cross(out, _UP)])  # to the right, up and towards the camera
     low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)

@@ -1,4 +1,4 @@
-"""Means and proportions over repeats, with confidence intervals."""
+"""Estimates means and proportions over repeats, with confidence intervals."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,10 @@ CONFIDENCE = 0.95
 
 
 class Estimate(NamedTuple):
-    """Mean over repeats with its 95 % interval; all arrays have the shape of one repeat's value."""
+    """Mean over repeats with its 95 % interval.
+
+    All arrays have the shape of one repeat's value.
+    """
 
     mean: Array
     low: Array
@@ -36,7 +39,10 @@ def estimate_proportion(hits: Array, count: int) -> Estimate:
 
 
 def estimate_mean(values: Array) -> Estimate:
-    """Estimates the mean over repeats (first axis) with Student's 95 % interval, which has zero width for one."""
+    """Estimates the mean over repeats (first axis) with Student's 95 % interval.
+
+    The interval of a single repeat has zero width.
+    """
     count = len(values)
     mean = values.mean(axis=0)
     if count == 1:

@@ -11,7 +11,9 @@ from affordance.exceptions import AffordanceError, BadValueError
 
 @contextmanager
 def blame_program(path: Path) -> Iterator[None]:
-    """Converts errors in a user's file, in this or another process, to a BadValueError that names its line.
+    """Converts errors in a user's file to a BadValueError that names its line.
+
+    They may occur in this or another process.
 
     If the error was raised outside the file, for example because of an argument that the file passed, the message
     also names that place.
@@ -30,7 +32,7 @@ def blame_program(path: Path) -> Iterator[None]:
 
 @contextmanager
 def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
-    """Converts errors that passed through one of several user's files to a BadValueError with file and line."""
+    """Converts errors of several user files to a BadValueError with file and line."""
     try:
         yield
     except (AffordanceError, MemoryError):
@@ -43,7 +45,10 @@ def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
 
 
 def _find_line(path: Path, error: BaseException) -> str:
-    """Finds the innermost line of a file in an error's traceback; empty if there is none."""
+    """Finds the innermost line of a file in an error's traceback.
+
+    Empty if there is none.
+    """
     frames = [
         (frame.lineno, frame.name)
         for frame in traceback.extract_tb(error.__traceback__)

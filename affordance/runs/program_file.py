@@ -1,4 +1,6 @@
-"""Loads program files named on the command line, the only user-written code that is ever run.
+"""Loads program files named on the command line.
+
+No other user-written code is ever run.
 
 Only options documented to do so load one (SECURITY.md); no table, memory or cache ever does.
 """
@@ -49,7 +51,10 @@ def load_program(path: Path, option: str) -> ModuleType:
 
 
 def _describe(error: BaseException, file: Path) -> tuple[str, str]:
-    """Describes a program's error: the last line of the file in its traceback, and its message."""
+    """Describes a program's error.
+
+    Returns the last line of the file in its traceback, and the message.
+    """
     line, trace = getattr(error, "lineno", None) if isinstance(error, SyntaxError) else None, error.__traceback__
     while trace is not None:
         line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == str(file) else line

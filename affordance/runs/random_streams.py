@@ -1,4 +1,4 @@
-"""Numbers that make random draws for different purposes independent.
+"""Seeds that make random draws for different purposes independent.
 
 Each is part of a seed, together with root, observer and trial. They are larger than the numbers of observers or
 trials that occupy the same position in other seeds, except for the three that follow the seed of a trial, after which
@@ -43,21 +43,24 @@ class Stream(enum.IntEnum):
 
 
 class ObserverDraws:
-    """Random numbers of several observers, each with its own generator, so that their draws are independent."""
+    """Independent random numbers of several observers, each with its own generator."""
 
     def __init__(self, seeds: Sequence[tuple[int, ...]]) -> None:
         """Stores the seed of each observer's generator."""
         self._seeds = seeds
 
     def random(self, size: tuple[int, ...], /) -> Array:
-        """Draws uniform numbers in [0, 1); the first dimension is the observer."""
+        """Draws uniform numbers in [0, 1); the first dimension is for observers."""
         return np.array([each.random(size[1:]) for each in self._generators])
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
-        """Draws standard normal numbers; the first dimension is the observer."""
+        """Draws standard normal numbers; the first dimension is for observers."""
         return np.array([each.standard_normal(size[1:]) for each in self._generators])
 
     @cached_property
     def _generators(self) -> list[np.random.Generator]:
-        """Generators, built only when needed, because that takes longer than most lifts."""
+        """Generators, built only when needed.
+
+        Building them takes longer than most lifts.
+        """
         return [np.random.default_rng(seed) for seed in self._seeds]

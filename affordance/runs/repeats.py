@@ -1,4 +1,7 @@
-"""Runs repeats and other tasks in processes; completed repeats survive an interruption."""
+"""Runs repeats and other tasks in processes.
+
+Completed repeats survive an interruption.
+"""
 
 import functools
 import hashlib
@@ -56,13 +59,19 @@ _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless"
 
 
 def check_folder(path: Path) -> None:
-    """Raises a BadValueError if a folder's path is a file, or is inside a file; does not create the folder."""
+    """Checks that a folder's path is not a file or inside a file.
+
+    Otherwise a BadValueError is raised. The folder is not created.
+    """
     if any(each.exists() and not each.is_dir() for each in (path, *path.parents)):
         raise BadValueError("--out", "", f"is {str(path)!r}, which is a file or is inside one, must be a folder")
 
 
 def prepare_folder(path: Path) -> Path:
-    """Creates a results folder; raises a BadValueError if it cannot be created or is not writable."""
+    """Creates a results folder.
+
+    If this fails or it is not writable, a BadValueError is raised.
+    """
     check_folder(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -74,13 +83,13 @@ def prepare_folder(path: Path) -> Path:
 
 
 def list_versions() -> dict[str, str]:
-    """Lists the versions of the interpreter and of the libraries that results depend on."""
+    """Lists the versions of the interpreter and libraries that affect results."""
     versions = {name: _find_version(name) for name in _LIBRARIES}
     return {"affordance": __version__, "python": platform.python_version(), **versions}
 
 
 def compute_key(inputs: Any, models: Path | Sequence[Path], *programs: Any) -> str:
-    """Computes a digest of everything that a repeat depends on: inputs, models, libraries and source files.
+    """Computes a digest of everything that affects a repeat.
 
     Args:
         inputs: Configuration and arguments: dataclasses, numbers, texts, arrays and collections of these, functions
@@ -128,7 +137,10 @@ def _identify(value: Any) -> str:
 
 
 def _find_module(program: Any) -> ModuleType:
-    """Finds the module of a function, also a partial one, of a class, or of the class of an object."""
+    """Finds the module of a function, a class, or an object's class.
+
+    Partial functions are allowed.
+    """
     while isinstance(program, functools.partial):
         program = program.func
     return sys.modules[getattr(program, "__module__", type(program).__module__)]
@@ -142,7 +154,7 @@ def run_repeats(
     jobs: int,
     description: str,
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats that are missing in a folder, one at a time; see ``run_batches``."""
+    """Runs the missing repeats of a folder one at a time; see ``run_batches``."""
     run_batch = functools.partial(run_each, run_repeat)
     return run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description)
 
@@ -157,9 +169,9 @@ def run_batches(
     unit: str = "observer",
     at_once: int = 1,
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats that are missing in a folder, and returns all, stacked along the first axis.
+    """Runs the missing repeats of a folder. Returns all, stacked along the first axis.
 
-    Arguments and errors are those of ``list_batches``. The shapes of arrays are the same for all repeats.
+    Arguments and errors are as in ``list_batches``. The shapes of arrays are the same for all repeats.
     """
     shared = {"repeats": repeats, "jobs": jobs, "at_once": at_once}
     kept = list_batches(folder, run_batch, description=description, unit=unit, **shared)
@@ -176,7 +188,7 @@ def list_batches(
     unit: str = "observer",
     at_once: int = 1,
 ) -> list[dict[str, NDArray[Any]]]:
-    """Runs the repeats that are missing in a folder, in parallel, and returns the named arrays of each.
+    """Runs the missing repeats of a folder in parallel. Returns each one's named arrays.
 
     Args:
         folder: Folder with one file per repeat; it must belong to one configuration and be named after its key.
@@ -226,7 +238,9 @@ def list_batches(
 
 
 def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
-    """Runs picklable functions in parallel processes, with a temporary progress bar on a terminal.
+    """Runs picklable functions in parallel processes.
+
+    On a terminal, there is a temporary progress bar.
 
     All tasks run before anything is written, so that invalid input leaves only a one-line error.
     """
@@ -236,7 +250,10 @@ def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: st
 
 
 def _report_ended[T](results: Iterator[T]) -> Iterator[T]:
-    """Yields the results of processes; raises an AffordanceError if a process ended before its task."""
+    """Yields the results of processes.
+
+    A process that ends before its task raises an AffordanceError.
+    """
     try:
         yield from results
     except BrokenExecutor as error:
@@ -262,7 +279,10 @@ def run_each(
 def _run(
     run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]], repeats: Sequence[int]
 ) -> list[tuple[int, dict[str, NDArray[Any]] | AffordanceError]]:
-    """Runs a batch of repeats, or one by one if the batch fails; returns results, or the error of a failed repeat."""
+    """Runs a batch of repeats, or single repeats if the batch fails.
+
+    Returns results, or the error of a failed repeat.
+    """
     try:
         return [(repeat, dict(arrays)) for repeat, arrays in zip(repeats, run_batch(repeats), strict=True)]
     except AffordanceError as error:
@@ -277,7 +297,10 @@ def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None
 
 
 def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
-    """Loads a stored repeat; None if it is missing, or was quarantined because it is unreadable or foreign."""
+    """Loads a stored repeat.
+
+    Returns None if it is missing. An unreadable or foreign file is quarantined.
+    """
     path = _path_of(folder, repeat)
     if path.exists() and not path.is_file():
         quarantine(path, "is no file")
@@ -301,7 +324,7 @@ def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
 
 
 def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    """Computes a digest of names, types, shapes and values, which reveals a file that was changed."""
+    """Computes a digest of names, types, shapes and values, to detect a changed file."""
     digest = hashlib.sha256()
     for name in sorted(arrays):
         array = np.asarray(arrays[name])
@@ -311,7 +334,7 @@ def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
 
 
 def _stamp_of(folder: Path, repeat: int) -> str:
-    """Builds the stamp of a stored repeat, which reveals a file from another folder."""
+    """Builds the stamp of a stored repeat, to detect a file from another folder."""
     return f"repeat {repeat} of {folder.name}"
 
 

@@ -1,4 +1,4 @@
-"""Blows on a nail as labelled curves, rendered pictures and a page in slow motion."""
+"""Shows blows on a nail as labelled curves, rendered pictures and a slow-motion page."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,7 +23,7 @@ SLOWER, SLOW_BEFORE, SLOW_AFTER = 80.0, 0.01, 0.03  # slow-motion factor; its sp
 
 
 def label_nails(blows: Sequence[Blow]) -> xr.Dataset:
-    """Returns force on the nail and its travel around the strike as a labelled dataset.
+    """Labels the force on the nail and its travel around the strike as a dataset.
 
     Args:
         blows: Simulated blows, one for each grip.
@@ -48,7 +48,7 @@ def label_nails(blows: Sequence[Blow]) -> xr.Dataset:
 
 
 def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Figure:
-    """Draws figure 9: rendered images of the start, the strike and the nail, a row for each grip."""
+    """Renders figure 9: start, strike and nail, with a row for each grip."""
     held = tool.list_gripped()
     poses, close = [], []
     for grip, blow in blows.items():
@@ -66,7 +66,7 @@ def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> F
 
 
 def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Replay:
-    """Builds the replay of the blows, in slow motion around the strike; one scene for each grip."""
+    """Builds the slow-motion replay of the blows, one scene for each grip."""
     held = tool.list_gripped()
     scenes = []
     for grip, blow in blows.items():
@@ -116,7 +116,10 @@ def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: 
 
 
 def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Figure:
-    """Draws the force on the nail and its travel around the strike for each grip, with the required peak, [N]."""
+    """Plots the force on the nail and its travel around the strike for each grip.
+
+    The required peak is in [N].
+    """
     figure = Figure(figsize=(7.2, 5.4))
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
     last = 0.0

@@ -83,7 +83,10 @@ def plan_blows(
 def _plan(
     setup: Setup, tools: Sequence[Tool], task: Hammer, settings: Settings, file: Path, description: str
 ) -> dict[str, Choice]:
-    """Plans the blow with each grip; raises a BadValueError if no swing can deliver it with one of them."""
+    """Plans the blow with each grip.
+
+    If no swing can deliver it with some grip, a BadValueError is raised.
+    """
     with blame(file, "blow", FAILURE):
         choices = plan_grips(tools, task, settings, seed=setup.seed, jobs=setup.jobs, description=description)
     for choice in choices.values():
@@ -94,7 +97,10 @@ def _plan(
 
 
 def check_depth(file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]) -> None:
-    """Raises a BadValueError if a tool, held by one of its grips, cannot drive the nail to the demanded depth."""
+    """Checks that each tool, in each grip, can drive the nail to the demanded depth.
+
+    Otherwise a BadValueError is raised.
+    """
     held = {(tool.name, grip): each for tool in tools for grip, each in tool.list_gripped().items()}
     for (name, grip), gripped in held.items():
         if reason := costs[name][grip].explain_infeasibility(gripped.parameters):
@@ -109,7 +115,7 @@ def check_depth(file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[
 
 
 def compute_work(task: Hammer, settings: Settings, costs: Mapping[str, Mapping[str, BlowCost]], held: Tool) -> float:
-    """Plans the demanded blow with a gripped tool, and computes its absolute work, [J].
+    """Computes the absolute work of the demanded blow with a gripped tool, [J].
 
     The search starts from the swing that was planned for the tool of the same name and grip.
     """

@@ -1,4 +1,4 @@
-"""Figures, motions and replays of the observers of an experiment."""
+"""Figures, motions and replays of an experiment's observers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -29,7 +29,7 @@ class Simulated(Protocol):
 
 
 def draw_density_and_drop(data: xr.Dataset, drop: xr.DataArray, tools: Sequence[Tool]) -> Figure:
-    """Draws figure 3: the believed ``density`` before and after each trial, and the drop of each observer, [m]."""
+    """Plots figure 3: believed ``density`` around each trial, and each observer's drop, [m]."""
     return figures.draw_density_and_drop(
         quartiles=data.density.median("observer").values,
         mode=data.density_mode.median("observer").values,
@@ -41,7 +41,10 @@ def draw_density_and_drop(data: xr.Dataset, drop: xr.DataArray, tools: Sequence[
 
 
 def draw_heights(data: xr.Dataset, seed: int) -> Figure:
-    """Draws figure 4: the ``height`` of each object over time; the last object is the decoy."""
+    """Plots figure 4: height of each object over time.
+
+    The last object is the decoy.
+    """
     return figures.draw_heights(
         times=data.time.values,
         shown=data.height.values[OBSERVER_SHOWN],
@@ -53,7 +56,7 @@ def draw_heights(data: xr.Dataset, seed: int) -> Figure:
 
 
 def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: int) -> Figure:
-    """Draws figure 6: the height of each object's centre over time, and of several points of the decoy.
+    """Plots figure 6: heights of each object's centre and of several points of the decoy.
 
     Args:
         data: Heights of all observers, [m]; the last trial is the decoy's.
@@ -73,7 +76,10 @@ def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: in
 
 
 def draw_made_and_seen(tools: Sequence[Tool]) -> Figure:
-    """Draws figure 5: the objects; the last one, the decoy, is drawn as it looks and as it is made."""
+    """Draws figure 5: the objects, and the decoy as it looks and as it is made.
+
+    The decoy is the last object.
+    """
     *honest, decoy = tools
     drawings = [Drawing(tool, f"{number}: {label(tool.name)}") for number, tool in enumerate(honest, start=1)]
     name = f"{len(tools)}: {label(decoy.name)}"
@@ -97,7 +103,7 @@ def add_motion(data: xr.Dataset, records: Sequence[TrialRecord], settings: Setti
 
 
 def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Dataset:
-    """Returns the motions simulated with each grip as a labelled dataset over grip, time and joint."""
+    """Labels the motions with each grip as a dataset over grip, time and joint."""
     records = [each.record for each in done.values()]
     axes = ("grip", "time", "joint")
     return xr.Dataset(
@@ -123,14 +129,17 @@ def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Datas
 
 
 def replay_holds(tools: Sequence[Tool], records: Sequence[TrialRecord], settings: Settings, title: str) -> Replay:
-    """Builds the replay of one observer's holds, one scene per object."""
+    """Builds the replay of an observer's holds, one scene per object."""
     pairs = zip(tools, records, strict=True)
     scenes = [Scene(tool, record.times, record.q, _describe(tool)) for tool, record in pairs]
     return Replay(settings.arm, title, scenes)
 
 
 def _describe(tool: Tool) -> str:
-    """Describes an object by name and mass; a decoy also by its look and its material."""
+    """Describes an object by name and mass.
+
+    A decoy is also described by its look and its material.
+    """
     made, looks = (
         " and ".join(dict.fromkeys(getattr(part, name).name for part in tool.components))
         for name in ("material", "looks_like")

@@ -1,7 +1,7 @@
-"""Experience with the objects of Simulation II, which Simulations II to IV share.
+"""Experience with the objects of Simulation II, shared by Simulations II to IV.
 
 In all three, observer r of a seed holds the same objects in the same order with the same measurement errors. Its
-memories are therefore computed once, and kept in a folder of their own.
+memories are therefore computed once, and stored in a separate folder.
 """
 
 import logging
@@ -28,7 +28,7 @@ REPETITIONS = 3  # number of times that each object is held
 
 
 def gain_experience(setup: Setup, tools: Sequence[Tool]) -> xr.Dataset:
-    """Lets observers hold each object several times, in random order.
+    """Simulates observers who hold each object several times, in random order.
 
     Returns: ``memories`` (observer, moment), JSON texts before the first trial and after each; ``object`` (observer,
         trial), the index of the held object; and the variables of ``describe_holds`` (observer, trial).
@@ -47,7 +47,7 @@ def gain_experience(setup: Setup, tools: Sequence[Tool]) -> xr.Dataset:
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer; returns its part of the dataset of ``gain_experience``."""
+    """Simulates one observer. Returns its part of the dataset of ``gain_experience``."""
     order, memories, records = hold(setup, tools, observer)
     return xr.Dataset(
         {
@@ -70,7 +70,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 def hold(
     setup: Setup, tools: Sequence[Tool], observer: int
 ) -> tuple[list[int], list[MaterialMemory], list[TrialRecord]]:
-    """Lets an observer hold the objects in random order.
+    """Simulates holds of the objects by one observer in random order.
 
     A colour that is not recognised with certainty is forgotten after its trial.
 
@@ -96,13 +96,13 @@ def draw_order(setup: Setup, count: int, observer: int) -> list[int]:
 
 
 def recall(setup: Setup, experience: xr.Dataset, observer: int, trial: int) -> MaterialMemory:
-    """Returns an observer's memory after a number of trials."""
+    """Loads an observer's memory after a number of trials."""
     learner = setup.settings.learner.of_observers([observer])
     return parse_memory(experience.memories.values[observer, trial].item(), learner)
 
 
 def count_events(experience: xr.Dataset) -> dict[str, int]:
-    """Counts rejected samples and outlier trials, under their names in metrics.json."""
+    """Counts rejected samples and outlier trials, with their names in metrics.json."""
     return {
         "samples_rejected": int(experience.samples_rejected.sum()),
         "trials_outlier": int(experience.outlier.sum()),

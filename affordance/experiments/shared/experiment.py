@@ -1,4 +1,4 @@
-"""An experiment as data: its functions, and what they need."""
+"""Definition of an experiment: its functions and requirements."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

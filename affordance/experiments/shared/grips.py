@@ -1,4 +1,4 @@
-"""Choosing a grip of a tool that was never held: plans, two rules of choice, and shares of correct choices.
+"""Choice of a grip for a new tool: plans, two rules, and shares of correct choices.
 
 The correct grip is the one with the least absolute work when the real tool is simulated without errors of vision, arm
 or sensors. Such errors affect what observers see and learn, but never which grip is correct.
@@ -64,7 +64,10 @@ def remove_errors(settings: Settings) -> Settings:
 
 @contextmanager
 def blame(file: Path, key: str, failure: str) -> Iterator[None]:
-    """Turns errors in its ``with`` block into a BadValueError about a file; SeeingError and UnavailableError pass."""
+    """Converts errors in its ``with`` block to a BadValueError about a file.
+
+    SeeingError and UnavailableError pass unchanged.
+    """
     try:
         yield
     except (SeeingError, UnavailableError):
@@ -76,7 +79,7 @@ def blame(file: Path, key: str, failure: str) -> Iterator[None]:
 def plan_grips(
     tools: Sequence[Tool], task: TaskCostModel, settings: Settings, *, seed: int, jobs: int, description: str
 ) -> dict[str, Choice]:
-    """Plans a task with each grip of each tool; returns the choice of a grip, by tool.
+    """Plans a task with each grip of each tool. Returns the choices by tool.
 
     Each tool is observed once. The plans assume no faults; an infeasible plan has a reason. Raises an AffordanceError
     if no motion can be planned with a grip, and a SeeingError if a tool is not detected in a picture.
@@ -93,7 +96,10 @@ def _build_cost(task: TaskCostModel, option: Option, settings: Settings) -> Opti
 
 
 def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]) -> Chosen:
-    """Chooses by the paper's rule: draws one density per material from each belief, takes the cheapest grip."""
+    """Chooses a grip by the paper's rule, for each belief.
+
+    The rule draws one density per material and takes the cheapest grip.
+    """
     parameters = []
     for trial, memory in enumerate(memories):
         rng = np.random.default_rng([*seed, trial, Stream.PAPER])
@@ -103,10 +109,12 @@ def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: t
 
 
 def compute_probabilities(choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]) -> Array:
-    """Computes each belief's probability that an option costs the least work, (memories, options).
+    """Computes the probability that an option costs the least work, (memories, options).
 
-    It is the probability with which ``choose_by_sample`` chooses the option, except that the probability that no
-    option can be used is divided equally.
+    Each belief has its own probabilities.
+
+    ``choose_by_sample`` chooses the option with this probability. The probability of no usable option is divided
+    equally.
     """
     found = []
     for trial, memory in enumerate(memories):
@@ -137,19 +145,25 @@ def choose_by_expectation(
 
 
 def choose_before_experience(choice: Choice, colours: tuple[Colour, ...], seed: int) -> Chosen:
-    """Chooses by the paper's rule at many densities drawn from the prior, (NUM_PRIOR_CHOICES,)."""
+    """Chooses by the paper's rule at many densities from the prior, (NUM_PRIOR_CHOICES,)."""
     rng = np.random.default_rng([seed, Stream.PRIOR])
     memory = MaterialMemory().add_colours(colours, choice.settings.prior)
     return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES)), rng)
 
 
 def find_cheaper_grip(simulated: Mapping[str, SimulatedTask]) -> str:
-    """Finds the grip of least absolute work; all grips are known to complete the task."""
+    """Finds the grip of least absolute work.
+
+    All grips are known to complete the task.
+    """
     return min(simulated, key=lambda grip: simulated[grip].work)
 
 
 def check_one_grip_is_cheaper(file: Path, tool: Tool, works: Sequence[float]) -> None:
-    """Raises a BadValueError if both grips of a tool cost the same: neither would be correct."""
+    """Checks that the grips of a tool differ in cost.
+
+    Otherwise no grip would be correct, and a BadValueError is raised.
+    """
     cheapest, second = sorted(works)
     if second <= cheapest * (1.0 + TIE):
         problem = f"costs {cheapest:g} J in both grips, must have a cheaper one"
@@ -157,14 +171,20 @@ def check_one_grip_is_cheaper(file: Path, tool: Tool, works: Sequence[float]) ->
 
 
 def check_two_grips(file: Path, tools: Sequence[Tool]) -> None:
-    """Raises a BadValueError for a tool that does not have exactly two grips."""
+    """Checks that every tool has exactly two grips.
+
+    Otherwise a BadValueError is raised.
+    """
     for tool in tools:
         if len(tool.grips) != 2:
             raise BadValueError(file, f"tools: {tool.name}.grips", f"has {len(tool.grips)} entries, must have 2")
 
 
 def check_colours_known(file: Path, tools: Sequence[Tool], held: Sequence[Tool], held_file: Path) -> None:
-    """Raises a BadValueError for a tool with a look that none of the held objects has."""
+    """Checks that the held objects have every look of the tools.
+
+    Otherwise a BadValueError is raised.
+    """
     known = {part.looks_like.colour for tool in held for part in tool.components}
     for tool in tools:
         unknown = {part.looks_like.name for part in tool.components if part.looks_like.colour not in known}
@@ -174,7 +194,7 @@ def check_colours_known(file: Path, tools: Sequence[Tool], held: Sequence[Tool],
 
 
 def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
-    """Finds the grip that puts the densest material nearest to the hand, or farthest from it."""
+    """Finds the grip with the densest material nearest to the hand, or farthest from it."""
 
     def measure(held: Tool) -> float:
         densest = max(held.components, key=lambda part: part.material.density)
@@ -185,10 +205,12 @@ def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
 
 
 def estimate_probability(right: Array, before: Chosen, correct: int) -> Estimate:
-    """Estimates the mean probability of the correct choice over observers, with 95 % intervals, (K + 1,) each.
+    """Estimates the mean probability of the correct choice with 95 % intervals, (K + 1,) each.
+
+    The mean is over observers.
 
     ``right``, (observers, K + 1), are the observers' probabilities of the correct option. ``before``, (N,), are
-    choices under the prior; their share of correct ones, with Wilson's interval, replaces moment 0.
+    choices under the prior. Their share of correct choices, with Wilson's interval, replaces moment 0.
     """
     first = estimate_correct(before[:, None], correct)
     later = estimate_mean(right[:, 1:])
@@ -215,7 +237,9 @@ def measure_choices(
     colours: tuple[Colour, ...],
     seed: int,
 ) -> dict[str, Any]:
-    """Computes probabilities of the correct choice for each tool, and two rules for the first, as in metrics.json.
+    """Computes shares of correct choices for each tool, as in metrics.json.
+
+    Each tool has probabilities of the correct choice; the first tool has two rules of choice.
 
     Args:
         data: Probabilities of grips, ``probability`` (observer, tool, moment, grip), indices of the chosen grips,
@@ -303,7 +327,7 @@ def caption_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> st
 
 
 def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates for each tool the work with each grip, the correct grip, and shares of correct choices."""
+    """Tabulates work with each grip, correct grip, and shares of correct choices by tool."""
     rows = {}
     for name, each in numbers["tools"].items():
         p = each["p_correct"]
@@ -322,7 +346,10 @@ def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates shares of correct choices by two rules for the first tool, and how often two costs disagree."""
+    """Tabulates shares of correct choices by two rules for the first tool.
+
+    Also tabulates how often two costs disagree.
+    """
     rows = {
         "one density drawn from the belief (the paper's): probability": numbers["p_correct"],
         "the same rule: share of one draw for each observer": numbers["p_correct_drawn"],
@@ -336,7 +363,10 @@ def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def compare_measures(numbers: Mapping[str, Any], tool: Tool) -> str:
-    """Says whether the integral of torque squared and the absolute work agree on the correct grip of a tool."""
+    """Describes if two measures agree on the correct grip of a tool.
+
+    They are the integral of torque squared and the absolute work.
+    """
     efforts = numbers["effort_true"]
     agrees = "agrees" if min(efforts, key=efforts.__getitem__) == numbers["correct_grip"] else "does not agree"
     shown = " and ".join(f"{effort:.0f} N²m²s ({grip})" for grip, effort in efforts.items())

@@ -1,4 +1,4 @@
-"""Measurements of trials in which observers hold objects, and the columns of lifts.csv."""
+"""Results of trials with held objects, and the columns of lifts.csv."""
 
 import math
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ COLUMNS = (
 
 
 def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: Settings) -> dict[str, float]:
-    """Computes what an observer expects of an object from its look, and which kind the object then belongs to.
+    """Computes the mass that an observer expects from an object's look, and its kind afterwards.
 
     Args:
         tool: Object.
@@ -40,8 +40,8 @@ def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: 
 
     Returns: ``expected``, the mass at the most probable densities before the hold, [kg], NaN if features are observed
         with errors; ``believed_density``, the most probable density of the first part's colour before the hold,
-        [kg/m^3]; and ``kind``, the number of that colour's kind to which the object is assigned after the hold: 1 is
-        the oldest, 0 means that the learner has no kinds.
+        [kg/m^3]; and ``kind``, the number of the object's kind in that colour after the hold: 1 is the oldest, 0
+        means that the learner has no kinds.
     """
     seen = measure_features(tool, VisionError(), np.random.default_rng(0))
     met, colour = before.recognise(seen[0].colour, 0.0, settings.prior)
@@ -135,20 +135,26 @@ def tabulate_holds(
 
 
 def select_columns(lifts: pd.DataFrame) -> pd.DataFrame:
-    """Selects the columns of lifts.csv, and those with parameters of single observers, if there are any."""
+    """Selects the columns of lifts.csv, with parameters of single observers if available."""
     return lifts[[*COLUMNS, *(name for name in lifts if str(name).startswith(OWN_VALUES))]]
 
 
 def show_kinds(kinds: NDArray[np.intp]) -> pd.Series:
-    """Returns the numbers of kinds; cells are empty where the learner has no kinds."""
+    """Formats the numbers of kinds.
+
+    Cells are empty where the learner has no kinds.
+    """
     return pd.Series(kinds, dtype="Int64").replace(0, pd.NA)
 
 
 def compute_surprise(p_values: Array) -> Array:
-    """Computes minus the decimal logarithm of p-values, at most 300; NaN for NaN."""
+    """Computes minus the decimal logarithm of p-values, at most 300.
+
+    NaN stays NaN.
+    """
     return -np.log10(np.maximum(p_values, _LEAST_P_VALUE))
 
 
 def compute_volume(tool: Tool) -> float:
-    """Computes the volume of an object's parts together, [m^3]."""
+    """Computes the total volume of an object's parts, [m^3]."""
     return sum(part.shape.volume for part in tool.components)

@@ -1,4 +1,4 @@
-"""Reads the objects of a user's folder of models, and checks that they fit an experiment."""
+"""Loads objects from a model folder, and checks that they fit an experiment."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -19,17 +19,17 @@ from affordance.settings import Settings
 
 
 def read_tools(models: Path, name: str) -> tuple[Tool, ...]:
-    """Reads a tools file of a folder of models, with the materials of that folder."""
+    """Loads a tools file of a model folder, with the materials of that folder."""
     return load_tools(models / name, load_materials(models / MATERIALS.name))
 
 
 def list_looks(tools: Sequence[Tool]) -> list[Material]:
-    """Lists the materials that tools look like, each once, in the order of the parts."""
+    """Lists the apparent materials of tools without duplicates, in the order of parts."""
     return list(dict.fromkeys(part.looks_like for tool in tools for part in tool.components))
 
 
 def check_no_grips(file: Path, tools: Sequence[Tool]) -> None:
-    """Raises a BadValueError for an object that has grips to choose from."""
+    """Checks that no object has grips. Otherwise a BadValueError is raised."""
     for tool in tools:
         if tool.grips:
             names = ", ".join(grip.name for grip in tool.grips)
@@ -37,7 +37,10 @@ def check_no_grips(file: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_honest(file: Path, tools: Sequence[Tool]) -> None:
-    """Raises a BadValueError for an object with a part that looks like a material it is not made of."""
+    """Checks that every part looks like its material.
+
+    A part with another look raises a BadValueError.
+    """
     for tool in tools:
         for i, part in enumerate(tool.components):
             if part.looks_like != part.material:
@@ -46,7 +49,7 @@ def check_honest(file: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_can_be_held(file: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
-    """Checks that the arm can hold each tool at rest, in the start posture of a task or in its home posture.
+    """Checks that the arm can hold each tool at rest in a posture.
 
     Args:
         file: File of the tools, which errors name.
@@ -77,6 +80,6 @@ def check_can_be_held(file: Path, tools: Sequence[Tool], settings: Settings, sta
 
 @lru_cache(maxsize=16)
 def _load_shapes(arm: Arm, directives: Path) -> None:
-    """Loads an arm's shapes, so that a fault in them is found now and not only by the replay."""
+    """Loads an arm's shapes, so that faults appear before the replay."""
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     parse_arm(plant, directives)

@@ -1,4 +1,4 @@
-"""Numbers of each observer, how they are summarised over observers, and the numbers of every learner's observers."""
+"""Numbers of each observer of every learner, and their summaries over observers."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ from affordance.reporting.claims import with_interval
 
 
 class Measure(NamedTuple):
-    """Number of each observer, and the function that summarises it over observers under its name."""
+    """Number of each observer, with the function that summarises it."""
 
     values: xr.DataArray
     summarise: Callable[[str, xr.DataArray], Mapping[str, Any]]
@@ -23,7 +23,7 @@ def mean(values: xr.DataArray) -> Measure:
 
 
 def mean_with_interval(values: xr.DataArray) -> Measure:
-    """Number that is summarised by its mean and the 95 % interval of the mean, NAME_ci95."""
+    """Number that is summarised by its mean and the mean's 95 % interval, NAME_ci95."""
     return Measure(values, with_interval)
 
 
@@ -51,7 +51,7 @@ class PeopleSpread(NamedTuple):
 
 
 class ObserverNumbers(NamedTuple):
-    """Numbers of every observer, with their meanings and the known spread between people.
+    """Numbers of every observer with their meanings, and the known spread between people.
 
     Attributes:
         values: Numbers of the observers, (observers, ...), by learner and name.
@@ -68,7 +68,9 @@ class ObserverNumbers(NamedTuple):
 def measure_learners(
     setup: Setup, measure: Callable[[Setup], Mapping[str, Any]], meanings: Mapping[str, str]
 ) -> ObserverNumbers:
-    """Applies ``measure`` to the setup of every learner, and keeps the numbers that have a meaning.
+    """Computes the numbers of each observer for every learner.
+
+    Only numbers with a meaning are kept.
 
     A number of each observer is an array, or a Measure.
     """

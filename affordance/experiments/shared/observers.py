@@ -1,4 +1,4 @@
-"""Runs the observers of an experiment in parallel, keeps finished ones, and joins them in one dataset."""
+"""Runs an experiment's observers in parallel, caches them, and joins them in a dataset."""
 
 import json
 from collections.abc import Callable, Sequence
@@ -28,12 +28,12 @@ _LABELS = "labels of variables"
 
 
 def remember_nothing(record: Any) -> None:
-    """Does nothing with a record: the run has no lasting memory."""
+    """Ignores a record, because the run has no lasting memory."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """Number of observers, seed, folders and settings of a run.
+    """Setup of a run: number of observers, seed, folders and settings.
 
     Attributes:
         observers: Number of simulated observers.
@@ -63,7 +63,10 @@ class Setup:
     remember: Callable[[Any], None] = field(default=remember_nothing, metadata={"reports": True})
 
     def __post_init__(self) -> None:
-        """Checks the fields, and converts texts to paths; raises a BadArgumentError for a wrong value."""
+        """Checks the fields, and converts texts to paths.
+
+        A wrong value raises a BadArgumentError.
+        """
         check_fields(self)
 
     def change(self, **settings: Any) -> "Setup":
@@ -88,10 +91,10 @@ def run_observers(
     count: int | None = None,
     at_once: int | None = None,
 ) -> xr.Dataset:
-    """Runs ``observe(setup, *inputs, observer)`` for each observer, and joins the datasets along ``observer``.
+    """Runs ``observe(setup, *inputs, observer)`` for each observer, and joins the datasets.
 
-    A finished observer is stored, and not run again as long as nothing changes that it depends on: seed, settings,
-    inputs, arm, libraries, this program, and the Python files in the folders of ``observe`` and of what it is given.
+    A finished observer is stored. It runs again only after a change of seed, settings, inputs, arm, libraries, this
+    program, or the Python files in the folders of ``observe`` and its inputs.
 
     Args:
         name: Name of the experiment, and of its folder within the folder of results.
@@ -131,7 +134,10 @@ def _observe_each(observe: Callable[[int], xr.Dataset], observers: Sequence[int]
 
 
 def _observe(observe: Callable[[Sequence[int]], Sequence[xr.Dataset]], observers: Sequence[int]) -> list[Arrays]:
-    """Runs observers; returns the arrays of each by name, with dimensions and attributes as JSON."""
+    """Runs observers.
+
+    Returns each observer's arrays by name, with dimensions and attributes as JSON.
+    """
     return [_list_arrays(found.reset_coords()) for found in observe(observers)]
 
 
@@ -142,7 +148,10 @@ def _list_arrays(found: xr.Dataset) -> Arrays:
 
 
 def _join(arrays: Arrays) -> xr.Dataset:
-    """Joins the arrays of all observers; coordinates are taken from the first."""
+    """Joins the arrays of all observers.
+
+    Coordinates come from the first observer.
+    """
     labels = json.loads(str(arrays[_LABELS][0]))
     data: dict[str, Any] = {}
     coords: dict[str, Any] = {}
@@ -156,5 +165,5 @@ def _join(arrays: Arrays) -> xr.Dataset:
 
 
 def find_excursion(height: xr.DataArray) -> xr.DataArray:
-    """Finds the height with the largest magnitude over time, [m]; the sign is kept."""
+    """Finds the signed height of largest magnitude over time, [m]."""
     return height.isel(time=abs(height).argmax("time"))

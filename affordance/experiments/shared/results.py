@@ -1,4 +1,4 @@
-"""Results of an experiment (data, numbers, claims, figures and texts), and the files they are written to."""
+"""Results of an experiment, and the files to which they are written."""
 
 import datetime
 import logging
@@ -77,7 +77,7 @@ class Results:
 
 
 def write_results(results: Results, name: str, setup: Setup, start: float) -> None:
-    """Writes the data, numbers, figures and section of an experiment into its folder.
+    """Writes the data, numbers, figures and report section of an experiment.
 
     ``metrics.json`` is written last, so it marks a complete run.
 
@@ -114,7 +114,10 @@ def write_results(results: Results, name: str, setup: Setup, start: float) -> No
 
 
 def _list_steps(results: Results, folder: Path, setup: Setup) -> dict[str, Callable[[], object]]:
-    """Lists functions that write the files of an experiment, by name, except its section and numbers."""
+    """Lists functions that write the files of an experiment, by name.
+
+    Section and numbers are excluded.
+    """
 
     def write_data(path: Path) -> None:
         assert isinstance(results.data, xr.Dataset)
@@ -144,7 +147,7 @@ def _save(draw: Callable[[], Figure], folder: Path, file: str) -> None:
 
 
 def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section:
-    """Describes the results as a section of the report, with the figures that could be written."""
+    """Describes the results as a section of the report, with the available figures."""
     others = {
         "seen": getattr(setup.settings.eye, "caption", ""),
         "diagram": "Drake Diagram of the simulation, drawn from its connections.",
@@ -181,7 +184,10 @@ def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section
 
 
 def describe_faults(faults: Faults) -> str:
-    """Describes the active faults in a sentence; empty if there are none."""
+    """Describes the active faults in a sentence.
+
+    Empty without faults.
+    """
     active = [
         f"{each.name} {getattr(faults, each.name)}"
         for each in fields(Faults)
@@ -207,7 +213,10 @@ def describe_setup(settings: Settings, learners: Sequence[str] = ()) -> dict[str
 
 
 def _warn(name: str, numbers: Mapping[str, Any]) -> None:
-    """Logs rejected samples, and 5-sigma outliers among all objects except the last, the decoy."""
+    """Logs rejected samples, and 5-sigma outliers.
+
+    The last object, the decoy, does not count as an outlier.
+    """
     rejected = numbers.get("samples_rejected_test", numbers.get("samples_rejected"))
     outliers = numbers.get("trials_outlier_test", numbers.get("trials_outlier"))
     if rejected is None or outliers is None or not hasattr(outliers, "__len__"):

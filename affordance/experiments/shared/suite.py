@@ -1,4 +1,4 @@
-"""Runs experiments into one folder, and writes the report on them."""
+"""Runs experiments into one folder, and writes a report on them."""
 
 import importlib
 import logging
@@ -52,7 +52,10 @@ class SuiteResult(NamedTuple):
 
 
 def find_experiment(name: str) -> Experiment:
-    """Returns one of the paper's experiments; an unknown name raises a BadArgumentError."""
+    """Returns one of the paper's experiments by name.
+
+    An unknown name raises a BadArgumentError.
+    """
     if name not in OF_THE_PAPER:
         raise BadArgumentError("experiment", "", describe_choice(name, OF_THE_PAPER))
     # Imported here, so that nobody waits for the others.
@@ -67,9 +70,9 @@ def run_suite(
     begin: Callable[[Sequence[str]], None] | None = None,
     announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
-    """Runs experiments, and writes a report on all results in the folder of results.
+    """Runs experiments, and writes a report on all results in a folder.
 
-    If several experiments are run, those that cannot be done are left out, and named in the log and the report.
+    Among several experiments, impossible ones are left out, and named in the log and the report.
 
     Args:
         names: Name of one of the paper's experiments, or names of several; or other experiments, by name.
@@ -134,9 +137,11 @@ def run_suite(
 
 
 def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
-    """Runs one observer and the whole analysis, up to figures and report, into a temporary folder.
+    """Runs one observer and the whole analysis into a temporary folder.
 
-    The observer itself is stored, so it is not run again. Raises a BadValueError if ``run`` does not return Results.
+    The analysis includes figures and report.
+
+    The observer is stored, so it does not run again. A ``run`` that does not return Results raises a BadValueError.
     """
     one, start = replace(setup, observers=1, jobs=1), time.perf_counter()
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
@@ -148,7 +153,7 @@ def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
 
 
 def _read(name: str, experiment: Experiment, setup: Setup) -> None:
-    """Checks that an experiment can be done with a setup, and reads its files."""
+    """Checks that a setup allows an experiment, and reads its files."""
     lacks = read_lacks(setup.models)
     for need in experiment.needs:
         if need in lacks:
