@@ -18,40 +18,70 @@ from affordance.extensions.people.experiments import linear
 from affordance.extensions.people.likelihood import list_free
 from affordance.extensions.people.participant import Participant
 from affordance.files.model_folder import MODELS
+from studies.recovery.groups import GroupRecovery, list_rows, recover_groups
 from studies.recovery.people import PUSH_ERROR, Recovery, list_rivals, recover
 from studies.study import Findings, Study, Work, format_table, run_kept
 
 _LIFTS = (160, 220, 320)
+_SIZES = (9, 15, 30)
 _ALPHA, _POWER = 0.05, 0.8  # of one-sided tests
 _KAPPA_SPREAD = 0.3  # SD of log kappa between people, a guess
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add_repeats(parser, 6, "simulated people of each learner")
+    add_repeats(parser, 6, "simulated people of each learner, or of each condition")
     add_seed(parser)
     add_jobs(parser)
     add_out(parser)
-    parser.add_argument("--draws", type=int, default=16, metavar="D", help="values of the parameters (default 16)")
-    parser.add_argument("--particles", type=int, default=30, metavar="P", help="particles of each (default 30)")
+    what = "values of the parameters (default 16; with --groups 256)"
+    parser.add_argument("--draws", type=int, metavar="D", help=what)
+    what = "particles of each (default 30; with --groups 50)"
+    parser.add_argument("--particles", type=int, metavar="P", help=what)
     what = f"numbers of lifts after which learners are compared (default {' '.join(map(str, _LIFTS))})"
-    parser.add_argument("--lifts", type=int, nargs="+", default=list(_LIFTS), metavar="N", help=what)
+    parser.add_argument("--lifts", type=int, nargs="+", metavar="N", help=what)
+    what = "instead recover this many pairs of groups of people, formed from --repeats people of each condition"
+    parser.add_argument("--groups", type=int, metavar="G", help=what)
+    what = f"people in a group, at most --repeats (default {' '.join(map(str, _SIZES))})"
+    parser.add_argument("--sizes", type=int, nargs="+", metavar="N", help=what)
 
 
 def plan(arguments: argparse.Namespace) -> Work:
     """Checks the numbers."""
-    most = 4 * linear.FAMILIAR + 5 * linear.MIXED
+    most, is_grouped = 4 * linear.FAMILIAR + 5 * linear.MIXED, arguments.groups is not None
+    other = ("--lifts", arguments.lifts) if is_grouped else ("--sizes", arguments.sizes)
+    if other[1] is not None:
+        raise BadValueError(other[0], "", f"has no effect {'with' if is_grouped else 'without'} --groups")
+    draws, particles = (256, 50) if is_grouped else (16, 30)
+    draws, particles = arguments.draws or draws, arguments.particles or particles
+    lifts = tuple(sorted({*(arguments.lifts or _LIFTS)}))
+    sizes = tuple(sorted({*(arguments.sizes or _SIZES)})) if is_grouped else ()
     for option, values, low, high in (
-        ("--draws", [arguments.draws], 4, 1024),
-        ("--particles", [arguments.particles], 1, 1000),
-        ("--lifts", arguments.lifts, 2, most),
+        ("--draws", [draws], 4, 1024),
+        ("--particles", [particles], 1, 1000),
+        ("--lifts", lifts, 2, most),
+        ("--groups", [arguments.groups] if is_grouped else [], 1, 10_000),
+        ("--sizes", sizes, 2, arguments.repeats),
     ):
         for value in values:
             if not low <= value <= high:
                 nearest = min(max(value, low), high)
                 raise BadValueError(option, "", f"is {value}, must be from {low} to {high}; the nearest is {nearest}")
-    config = Recovery(arguments.seed, arguments.draws, arguments.particles, tuple(sorted({*arguments.lifts})))
-    return partial(_work, config, arguments.repeats, arguments.jobs)
+    if is_grouped:
+        of_groups = GroupRecovery(arguments.seed, draws, particles, arguments.repeats, sizes, arguments.groups)
+        return partial(_work_on_groups, of_groups, arguments.jobs)
+    return partial(_work, Recovery(arguments.seed, draws, particles, lifts), arguments.repeats, arguments.jobs)
+
+
+def _work_on_groups(config: GroupRecovery, jobs: int, folder: Path) -> Iterator[Findings]:
+    numbers = recover_groups(config, jobs, folder / "groups")
+    print(
+        f"{config.groups} pairs of groups of each size, from {config.people} people of each condition "
+        f"({numbers['noisy_people']} of all with too much particle noise), in units of the logarithm"
+    )
+    header, *rows = list_rows(numbers)
+    print(format_table(header, rows))
+    yield Findings(numbers)
 
 
 def _work(config: Recovery, repeats: int, jobs: int, folder: Path) -> Iterator[Findings]:

@@ -15,7 +15,7 @@ from affordance.belief.learner_file import load_learner
 from affordance.belief.learners import DENSITY, KINDS_DRAWN
 from affordance.experiments.shared.observers import Setup
 from affordance.extensions.people.experiments import linear
-from affordance.extensions.people.experiments.lifts import lift
+from affordance.extensions.people.experiments.lifts import Design, lift
 from affordance.extensions.people.fit import Question, score_ahead
 from affordance.extensions.people.likelihood import list_free, set_learner
 from affordance.extensions.people.participant import LiftSettings, Participant, with_participant
@@ -25,7 +25,7 @@ from affordance.objects.tool import Tool
 
 # Of participants, both simulated and fitted; kappa varies according to its prior.
 PUSH_ERROR = 0.2
-_GROUP = "linear_plus_plus"
+GROUP = "linear_plus_plus"
 _FORGETTING = Path(__file__).parents[2] / "examples" / "forgetting.py"
 
 
@@ -94,14 +94,20 @@ def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, t
     values = np.column_stack([normal[:, :0], *(each.convert(normal[:, i]) for i, each in enumerate(free))])
     own = set_learner(learner, free, values)
     own = own.change(**{each.name: float(values[0, i]) for i, each in enumerate(free)})
-    # Seeds of orders, errors and pushes include the observer's number.
-    setup = Setup(seed=config.seed + 1 + number, settings=LiftSettings(learner=own, participant=known))
-    tools = tuple(linear.make_objects(_GROUP))
+    settings = LiftSettings(learner=own, participant=known)
+    person = simulate_pushes(f"{learner.name} {number}", settings, config.seed + 1 + number, linear.design)
+    first = slice(config.lifts[-1])
+    shorter = Person(person.name, person.objects[first], person.pushes[first], person.teaches[first])
+    return shorter, tuple(linear.make_objects(GROUP)), float(getattr(own.parameters, "kappa", np.nan))
+
+
+def simulate_pushes(name: str, settings: LiftSettings, seed: int, design: Design) -> Person:
+    """Simulates the lifts of one person; the seed is that of the order, of what is felt, and of the pushes."""
+    tools = tuple(linear.make_objects(GROUP))
     names = [tool.name for tool in tools]
-    data = lift(setup, tools, linear.design, [0])[0].isel(lift=slice(config.lifts[-1]))
+    data = lift(Setup(seed=seed, settings=settings), tools, design, [0])[0]
     objects = np.array([names.index(each) for each in data.object.values])
-    person = Person(f"{learner.name} {number}", objects, data.force.values, np.ones(len(objects), dtype=bool))
-    return person, tools, float(getattr(own.parameters, "kappa", np.nan))
+    return Person(name, objects, data.force.values, np.ones(len(objects), dtype=bool))
 
 
 def weigh(values: Array, log_likelihoods: Array) -> tuple[Array, Array]:

@@ -10,6 +10,16 @@ from helpers.study_runs import run_study
 from scipy.special import stdtrit
 
 from studies.recovery.command import STUDY, compute_lead, count_per_group, summarise
+from studies.recovery.groups import (
+    EFFECT,
+    QUANTITIES,
+    SPREADS,
+    GroupRecovery,
+    list_parameters,
+    measure_groups,
+    simulate_person,
+    summarise_groups,
+)
 from studies.recovery.people import Recovery, list_rivals, simulate, weigh
 
 
@@ -100,9 +110,57 @@ def test_a_small_run_names_every_learner(tmp_path):
     assert 0.0 < numbers["log_kappa"]["12"]["posterior_sd"] < 1.0
 
 
+def draw_own(config, error, rng):
+    """Draws of people of a pool, whose log kappa and log push_error were measured with a normal error."""
+    free = list_parameters()
+    sds = np.array([each.sd for each in free])
+    spreads = np.array([SPREADS[each.name] for each in free]) / sds
+    true = spreads * rng.standard_normal((3 * config.people, 2))
+    true[2::3, 1] += math.log(EFFECT) / sds[1]
+    measured, variance = true + error * rng.standard_normal(true.shape), 1.0 / (1.0 + error**-2)
+    mean = variance * measured / error**2
+    return mean[:, None] + math.sqrt(variance) * rng.standard_normal((len(mean), config.draws, 2))
+
+
+def test_groups_of_people_who_are_known_well_are_recovered_with_their_effect():
+    """Six pools of 15 people each: the effect of 1.5 is found in most, and no effect in few, as chance allows."""
+    config = GroupRecovery(seed=0, draws=64, particles=1, people=15, sizes=(15,), groups=6)
+    rng = np.random.default_rng(0)
+    found = summarise_groups(np.stack([measure_groups(config, draw_own(config, 0.3, rng), 15, k) for k in range(6)]))
+    effect, none = (found[key] for key in ("difference, with effect", "difference, without"))
+    assert effect["kappa"]["found"] >= 0.6
+    assert max(none["kappa"]["found"], none["push_error"]["found"], effect["push_error"]["found"]) <= 0.5
+    assert abs(effect["kappa"]["bias"]) < 0.15
+    assert found["mean"]["kappa"]["coverage"]["0.9"] >= 0.5
+    assert "found" not in found["spread"]["kappa"]
+
+
+def test_people_of_the_last_condition_have_the_effect():
+    config = GroupRecovery(seed=0, draws=4, particles=2, people=1, sizes=(2,), groups=1)
+    person = simulate_person(config, 1)
+    assert len(person.objects) == 60
+    assert (person.pushes == simulate_person(config, 1).pushes).all()
+    assert (person.pushes != simulate_person(config, 2).pushes).any()
+
+
+def test_a_small_run_recovers_groups(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("studies.recovery.groups.CYCLES", (1, 1))
+    monkeypatch.setattr("affordance.extensions.people.fit.MOST_NOISE", 1e9)
+    words = ("--groups", 2, "--repeats", 2, "--sizes", 2, "--draws", 4, "--particles", 2, "--jobs", 1)
+    assert run_study(STUDY, *words, "--out", tmp_path) == 0
+    numbers = read_numbers(tmp_path / "recovery")
+    assert numbers["people_of_each_condition"] == numbers["groups"] == 2
+    assert {*numbers["sizes"]["2"]} == {*QUANTITIES}
+    assert "| 2 | kappa | difference, with effect |" in capsys.readouterr().out
+    assert len([*(tmp_path / "recovery").rglob("repeat_*.npz")]) == 6
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
+        (["--groups", "2", "--lifts", "12"], "--lifts: has no effect with --groups"),
+        (["--sizes", "9"], "--sizes: has no effect without --groups"),
+        (["--groups", "2", "--repeats", "12"], "--sizes: is 15, must be from 2 to 12; the nearest is 12"),
         (["--lifts", "321"], "--lifts: is 321, must be from 2 to 320; the nearest is 320"),
         (["--draws", "2"], "--draws: is 2, must be from 4 to 1024; the nearest is 4"),
     ],
