@@ -25,7 +25,7 @@ _HIGHER = 1.3
 
 
 def collect_evidence(
-    points: Array, mask: Mask, table: Table, camera: PinholeCamera, X_CW: Array, rng: np.random.Generator
+    points: Array, mask: Mask, table: Table, camera: PinholeCamera, X_CW: Array, order: Array
 ) -> Evidence:
     """Collects the evidence about the object of a mask, in W.
 
@@ -39,16 +39,16 @@ def collect_evidence(
         table: Table on which it stands.
         camera: Camera.
         X_CW: Pose of W in C, (4, 4).
-        rng: Random number generator, for the choice of readings and rays.
+        order: Random number of each pixel, (height, width); readings and rays are taken in this order, so that one
+            pixel more or less changes one of them at most.
     """
     is_read = np.isfinite(points[..., 2])
     square = np.ones((3, 3), np.uint8)
     inner = cv2.erode(mask.astype(np.uint8), square).astype(bool)
-    surface = points[inner & is_read] if (inner & is_read).any() else points[mask & is_read]
-    surface = _to_table(surface, X_CW)
+    shown = inner & is_read if (inner & is_read).any() else mask & is_read
+    surface = _to_table(points[shown][np.argsort(order[shown])], X_CW)
     top = _HIGHER * float(np.percentile(surface[:, 2], 98.0))
-    surface = surface[surface[:, 2] > 0.0]
-    chosen = rng.choice(len(surface), min(_MOST_READINGS, len(surface)), replace=False)
+    surface = surface[surface[:, 2] > 0.0][:_MOST_READINGS]
     width = np.sqrt(mask.sum())
     wide = max(_LEAST_BESIDE, round(_BESIDE * width))
     rim = _grow(mask, wide + 1) & ~_grow(mask, wide)
@@ -61,14 +61,13 @@ def collect_evidence(
     missing = inner & ~is_read
     rays = []
     for where, ends in ((rim | far) & ~is_hidden, True), (missing, False):
-        chosen_rays = rng.permutation(np.argwhere(where))[:_MOST_RAYS]
-        rows, columns = chosen_rays[:, 0], chosen_rays[:, 1]
+        rows, columns = np.argwhere(where)[np.argsort(order[where])][:_MOST_RAYS].T
         directions = camera.compute_rays(columns, rows)
         seen = (
             np.where(is_read, points[..., 2], np.inf)[rows, columns] - _BEFORE if ends else np.full(len(rows), np.inf)
         )
         rays.append(_sample(directions, seen, table, top, X_CW))
-    return Evidence(surface[chosen], *rays)
+    return Evidence(surface, *rays)
 
 
 def _sample(directions: Array, seen: Array, table: Table, top: float, X_CW: Array) -> Array:

@@ -175,14 +175,15 @@ def see(
     if np.isfinite(depth).sum() < _LEAST_READ:
         raise NoDepthError(f"the depth picture has fewer than {_LEAST_READ} readings", colour, depth)
     rng = np.random.default_rng(seed)
+    order = rng.random(shape)
     columns, rows = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
     points = depth[..., None] * camera.compute_rays(columns, rows)
-    table = find_table(points, _find_place(points, at, mask), rng)
+    table = find_table(points, _find_place(points, at, mask), order, rng)
     mask = find_object(points, table, at) if mask is None else mask
     check_mask(mask, depth)
     table = refit_table(table, points, mask)
     X_CW = table.build_frame(np.nanmedian(points[mask], axis=0))
-    evidence = collect_evidence(points, mask, table, camera, X_CW, rng)
+    evidence = collect_evidence(points, mask, table, camera, X_CW, order)
     whole = fit_solid(evidence)
     fits = find_two_parts(whole, evidence, colour, points, mask, X_CW) or [(whole, mask)]
     misfit = float(np.mean([fit.misfit for fit, _ in fits]))

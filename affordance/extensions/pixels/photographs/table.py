@@ -44,21 +44,23 @@ class Table(NamedTuple):
         return X_CW
 
 
-def find_table(points: Array, place: Array, rng: np.random.Generator) -> Table:
+def find_table(points: Array, place: Array, order: Array, rng: np.random.Generator) -> Table:
     """Finds the table around a place by RANSAC: the plane with most readings on it, and few below it.
 
     Args:
         points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].
         place: Position of the object in C, (3,), [m].
+        order: Random number of each pixel, (height, width); readings are taken in this order.
         rng: Random number generator.
 
     Raises:
         NothingSeenError: There is no plane around the object.
     """
-    near = points[np.linalg.norm(points - place, axis=-1) < _AROUND]
+    is_near = np.linalg.norm(points - place, axis=-1) < _AROUND
+    near = points[is_near][np.argsort(order[is_near])]
     if len(near) < _LEAST_READINGS:
         raise _complain(points, f"has {len(near)} depth readings within {_AROUND:g} m of the object")
-    near = rng.choice(near, min(_MOST, len(near)), replace=False)
+    near = near[:_MOST]
     corners = near[rng.integers(len(near), size=(_ROUNDS, 3))]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
