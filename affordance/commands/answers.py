@@ -1,6 +1,6 @@
-"""Answers and remarks of commands: text or JSON on standard output, and files in the folder of ``--out``.
+"""Prints answers and remarks of commands, and writes them to the folder of ``--out``.
 
-This module imports no Drake, so that small commands start fast.
+Standard output is text or JSON. This module does not import Drake, so that small commands start fast.
 """
 
 import argparse
@@ -17,13 +17,16 @@ if TYPE_CHECKING:
 
 
 def tell(arguments: argparse.Namespace, remark: str) -> None:
-    """Prints a remark that is not part of the answer: to standard error with ``--json``, never with ``--quiet``."""
+    """Prints a remark that is not part of the answer.
+
+    It goes to standard error with ``--json``, and is dropped with ``--quiet``.
+    """
     if not getattr(arguments, "quiet", False):
         print(remark, file=sys.stderr if getattr(arguments, "json", False) else sys.stdout, flush=True)
 
 
 def print_answer(arguments: argparse.Namespace, text: str, content: Any) -> None:
-    """Prints an answer as text, or with ``--json`` its content as JSON."""
+    """Prints an answer as text, or its content as JSON with ``--json``."""
     print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
 
 
@@ -34,7 +37,10 @@ def give_answer(
     content: Mapping[str, Any],
     draw: "Callable[[], Figure] | None" = None,
 ) -> None:
-    """Prints an answer, and writes it as text, JSON and perhaps a figure to the folder of ``--out``."""
+    """Prints an answer, and writes it to the folder of ``--out``.
+
+    Files are text, JSON and perhaps a figure.
+    """
     text = show_text(text, PROSE)
     if arguments.out is not None:
         write_text(arguments.out / f"{name}.txt", text + "\n")

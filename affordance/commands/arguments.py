@@ -1,8 +1,8 @@
-"""Arguments of commands, declared apart from what the commands do.
+"""Declares arguments of commands, apart from the commands' code.
 
-No library that takes long is imported, so that ``affordance COMMAND --help`` is fast. In each folder of commands, a
-module of this name declares the arguments of its commands; here are those of this folder, and options that commands
-share. ``options.py`` checks and reads them.
+No slow library is imported, so that ``affordance COMMAND --help`` is fast. In each folder of commands, a module of
+this name declares the arguments of its commands; here are those of this folder, and options that commands share.
+``options.py`` checks and reads them.
 """
 
 import argparse
@@ -14,7 +14,7 @@ from affordance.files.model_folder import MODELS
 
 
 def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str) -> None:
-    """Adds ``--repeats``, whose help names what is repeated."""
+    """Adds ``--repeats``, whose help names the repeated thing."""
     shown = what if default is None else f"{what} (default {default})"
     parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
 
@@ -26,7 +26,10 @@ def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
 
 
 def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> None:
-    """Adds ``--jobs``; without a default it is one process per core, which ``check_bounds`` fills in."""
+    """Adds ``--jobs``, by default one process per core.
+
+    ``check_bounds`` fills in the default.
+    """
     shown = "one per core" if default is None else str(default)
     parser.add_argument(
         "--jobs", type=int, default=default, metavar="N", help=f"parallel processes (default: {shown})"
@@ -99,7 +102,9 @@ def add_run_options(
     jobs: int | None = None,
     models: str = "arm, materials and tools to use",
 ) -> None:
-    """Adds the options of a command that simulates observers: repeats, seed, jobs, results, models and settings.
+    """Adds the options of a command that simulates observers.
+
+    They are repeats, seed, jobs, results, models and settings.
 
     If ``models`` is empty, the command takes a robot in place of a model folder.
     """

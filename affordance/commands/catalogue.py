@@ -1,7 +1,9 @@
-"""Everything that the command line finds by name: commands, experiments and learners.
+"""Catalogue of everything that the command line finds by name.
 
-The program is the one place that knows the paper and all extensions. Nothing is imported before it is used, so that
-``--help`` stays fast and the paper's simulations run without the extensions.
+It lists commands, experiments and learners.
+
+Only this module knows both the paper and all extensions. Nothing is imported before it is used, so that ``--help``
+stays fast and the paper's simulations run without the extensions.
 """
 
 import argparse
@@ -198,7 +200,10 @@ class Command(Protocol):
 
 
 class _LazyCommand:
-    """Command whose module is imported when it runs; its arguments are declared in a module that imports fast."""
+    """Command whose module is imported when it runs.
+
+    Its arguments are declared in a module that imports fast.
+    """
 
     def __init__(self, name: str) -> None:
         folder, self._word = COMMANDS[name].folder, name.replace("-", "_")
@@ -215,19 +220,22 @@ class _LazyCommand:
 
 
 def load_command(name: str) -> Command:
-    """Finds a command by its name."""
+    """Returns the command of a name."""
     return cast(Command, _LazyCommand(name))
 
 
 def find_experiment(name: str) -> "Experiment":
-    """Imports an experiment by its name; raises a BadArgumentError for an unknown name."""
+    """Imports an experiment by name.
+
+    An unknown name raises a BadArgumentError.
+    """
     if name not in _EXPERIMENTS:
         raise BadArgumentError("experiment", "", describe_choice(name, EXPERIMENTS))
     return cast("Experiment", _load(*_EXPERIMENTS[name]))
 
 
 def find_learner(name: str) -> "Learner | None":
-    """Imports a learner of the program by its name; None if there is none of this name."""
+    """Imports a built-in learner by name. Returns None if there is none."""
     return cast("Learner", _load(*_LEARNERS[name])) if name in _LEARNERS else None
 
 

@@ -22,7 +22,7 @@ TRIALS = _FOLDER / "trials.jsonl"
 
 
 def check_alone(arguments: argparse.Namespace, names: Mapping[str, str]) -> None:
-    """Checks that no argument is given that a demonstration sets itself.
+    """Rejects arguments that a demonstration sets itself.
 
     Args:
         arguments: Parsed arguments.
@@ -44,7 +44,7 @@ def announce(arguments: argparse.Namespace, *commands: Sequence[object]) -> None
 
 
 def fill_in_recording(arguments: argparse.Namespace, flange: str) -> None:
-    """Fills in the arguments of ``identify`` for the recording of the package, and prints the command.
+    """Sets the arguments of ``identify`` for the package's recording, and prints the command.
 
     Args:
         arguments: Parsed arguments, which are changed.

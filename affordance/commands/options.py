@@ -1,4 +1,4 @@
-"""Options shared by commands, checked and read in one place; ``arguments.py`` declares them."""
+"""Checks and reads the options that commands share; ``arguments.py`` declares them."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,9 @@ BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
 
 def open_robot(arguments: argparse.Namespace) -> "Robot":
-    """Opens the robot of ``--robot``: a model folder, or a robot's file, which is imported once and cached.
+    """Opens the robot of ``--robot``, which is a model folder or a robot's file.
+
+    A file is imported once and cached.
 
     Raises:
         BadValueError: The path is neither a folder nor a file, the folder contains no arm, the file is invalid, or
@@ -46,7 +48,7 @@ def open_robot(arguments: argparse.Namespace) -> "Robot":
 
 
 def remember(setup: "Setup", arguments: argparse.Namespace, robot: "Robot") -> "Setup":
-    """Returns the setup of an observer that starts with the memory of ``--memory``."""
+    """Returns the setup of an observer who starts with the memory of ``--memory``."""
     # Imported here, as few observers remember.
     from affordance.extensions.memory.ledger import count_of, describe_past_arms
     from affordance.extensions.memory.simulated_trial import remember_in
@@ -57,7 +59,7 @@ def remember(setup: "Setup", arguments: argparse.Namespace, robot: "Robot") -> "
 
 
 def read_learner(word: str) -> Learner:
-    """Returns the learner with a name, or runs a Python file and returns the learner of a class in it.
+    """Returns a learner by its name, or from a class in a Python file, which is run.
 
     Raises:
         BadValueError: There is no such learner, file or class, the file fails to run, or the class is not a learner.
@@ -66,7 +68,7 @@ def read_learner(word: str) -> Learner:
 
 
 def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Collects the changes of settings, by name, from ``--set`` and, if the command has it, ``--learner``.
+    """Reads changes of settings by name from ``--set`` and ``--learner``.
 
     Raises:
         BadValueError: If a change is malformed or repeated, or the learner is unknown.
@@ -82,7 +84,7 @@ def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:
-    """Fills in the number of processes if none is given, and checks shared options.
+    """Checks shared options, and fills in a missing number of processes.
 
     Raises:
         BadValueError: A shared number is out of bounds, or the model folder does not exist.
@@ -101,19 +103,28 @@ def check_bounds(arguments: argparse.Namespace) -> None:
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:
-    """Applies the changes of ``read_changes``; an unknown setting, or a wrong value, raises a BadValueError."""
+    """Applies the changes of ``read_changes``.
+
+    An unknown setting, or a wrong value, raises a BadValueError.
+    """
     return change_settings(settings, read_changes(arguments))
 
 
 def read_prior(arguments: argparse.Namespace, what: str) -> Prior:
-    """Returns the prior with the changes of ``--set``; a change of any other setting raises a BadValueError."""
+    """Returns the prior with the changes of ``--set``.
+
+    A change of any other setting raises a BadValueError.
+    """
     groups = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
     refuse_changes(arguments, [name for name in groups if name != "prior"], f"{what} uses only the prior's settings")
     return change_by_name(arguments).prior
 
 
 def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Raises a BadValueError with the reason ``why`` if ``--set`` changes one of the settings or groups named."""
+    """Rejects changes of named settings or groups in ``--set``.
+
+    The BadValueError gives the reason ``why``.
+    """
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):
             raise BadValueError("--set", name, f"has no effect here: {why}")
@@ -125,7 +136,10 @@ def is_object_file(path: Path) -> bool:
 
 
 def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Tool, ...], tuple[str, ...]]:
-    """Loads the tools of a tools file, or an object's own URDF; returns them with remarks about the file."""
+    """Loads the tools of a tools file, or of an object's URDF.
+
+    Returns them with remarks about the file.
+    """
     if is_object_file(path):
         from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
 
@@ -137,7 +151,7 @@ def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Too
 
 
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Selects tools by name, or all of them if none is named.
+    """Selects tools by name, or all of them without names.
 
     Raises:
         AffordanceError: If a name is unknown, or a selected tool has no grips.

@@ -26,7 +26,10 @@ LEFT_OUT = 3
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out."""
+    """Runs the experiments and returns the exit status.
+
+    It is LEFT_OUT if some were left out.
+    """
     if arguments.experiment == "all":
         return _run({name: find_experiment(name) for name in OF_THE_PAPER}, arguments)
     check_experiment(arguments, ("all", *EXPERIMENTS), or_file=True)
@@ -35,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *, is_own: bool = False) -> int:
-    """Runs experiments; a user-defined one is first tried with one observer."""
+    """Runs experiments. A user's experiment is first tried with one observer."""
     if arguments.repeats is None:
         arguments.repeats = 1 if arguments.memory else max(each.observers for each in experiments.values())
     options.check_bounds(arguments)
@@ -77,7 +80,10 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
 
 
 def change_by_extensions(setup: Setup, arguments: argparse.Namespace, robot: Robot) -> Setup:
-    """Returns the setup of an observer that sees pictures, or starts with a lasting memory, if the options say so."""
+    """Returns the setup of an observer with extensions.
+
+    Options can let it see pictures or start with a lasting memory.
+    """
     if arguments.vision == "pixels":
         from affordance.extensions.pixels.pixel_eye import PIXELS  # imported here, as few runs need it
 
@@ -86,7 +92,10 @@ def change_by_extensions(setup: Setup, arguments: argparse.Namespace, robot: Rob
 
 
 def describe_plan(names: Sequence[str], setup: Setup) -> str:
-    """Describes what a run will do, and estimates its duration from earlier runs in the same folder."""
+    """Describes the plan of a run with its duration.
+
+    The estimate uses earlier runs in the same folder.
+    """
     seconds, unknown = 0.0, []
     for name in names:
         try:

@@ -22,7 +22,10 @@ _TAKEN = (*EXPERIMENTS, "arms", "frames")
 
 
 def check_experiment(arguments: argparse.Namespace, names: Collection[str], *, or_file: bool = False) -> None:
-    """Raises a BadValueError for an unknown experiment, unless it may be a Python file and is one."""
+    """Checks that an experiment exists by name or, if allowed, as a Python file.
+
+    Otherwise a BadValueError is raised.
+    """
     if arguments.experiment not in names and not (or_file and Path(arguments.experiment).suffix == ".py"):
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, names))
 
@@ -51,7 +54,10 @@ def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
 
 
 def check_own_name(path: Path) -> str:
-    """Returns the name of a file without suffix, which names its results; raises a BadValueError if unusable."""
+    """Returns a file's name without suffix, which names its results.
+
+    An unusable name raises a BadValueError.
+    """
     try:
         run_check("", FileName().check, path.stem)
     except BadArgumentError as error:
@@ -63,7 +69,10 @@ def check_own_name(path: Path) -> str:
 
 
 def check_learner(name: str, changes: Changes) -> None:
-    """Raises a BadValueError if one of our learners is chosen for an experiment that compares all of them."""
+    """Checks that no built-in learner is chosen for an experiment that compares all of them.
+
+    Otherwise a BadValueError is raised.
+    """
     own = {each: value for each, value in changes.items() if each.partition(".")[0] == "learner"}
     if own and change_settings(DEFAULT_SETTINGS, own).learner in LEARNERS.values():
         problem = f"has no effect on {name}, which always simulates {', '.join(LEARNERS)}; you can add your own"
@@ -73,7 +82,7 @@ def check_learner(name: str, changes: Changes) -> None:
 def read_setup(
     arguments: argparse.Namespace, robot: Robot, changes: Changes, kind: type[Settings] = Settings
 ) -> Setup:
-    """Builds an experiment's setup from the options of ``add_run_options`` and changes of settings by name."""
+    """Builds an experiment's setup from options and changed settings."""
     return Setup(
         observers=arguments.repeats,
         seed=arguments.seed,

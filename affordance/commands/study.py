@@ -1,4 +1,4 @@
-"""``affordance study``: lists the studies in a clone of the repository; each is a subcommand."""
+"""``affordance study``: lists the studies of the repository; each is a subcommand."""
 
 import argparse
 import json

@@ -29,7 +29,9 @@ _PATIENCE = 1.0
 
 
 def find_width(stream: TextIO | None = None) -> int:
-    """Finds the width in characters of the terminal to which a stream is written; 0 if it is not a terminal.
+    """Finds the width of the terminal to which a stream is written, in characters.
+
+    It is 0 if the stream is not a terminal.
 
     Standard output, the default, has the width in the variable COLUMNS if it is not a terminal.
     """
@@ -39,20 +41,26 @@ def find_width(stream: TextIO | None = None) -> int:
 
 
 def paint(text: str, colour: str, stream: TextIO) -> str:
-    """Colours a text if the stream is a terminal that shows colours, and NO_COLOR is not set."""
+    """Colours a text on a colour terminal, unless NO_COLOR is set."""
     is_wanted = stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     return f"\033[{colour}m{text}\033[0m" if is_wanted else text
 
 
 def format_error(program: str, problem: str, stream: TextIO) -> str:
-    """Formats an error message: one line, or on a terminal lines wrapped between words, with a red beginning."""
+    """Formats an error message in one line.
+
+    On a terminal, lines are wrapped between words, and the beginning is red.
+    """
     lead = f"{program}:"
     lines = break_line(f"{lead} {problem}", find_width(stream))
     return "\n".join(lines).replace(lead, paint(lead, RED, stream), 1)
 
 
 class ElapsedTime:
-    """Line on standard error with a command's elapsed seconds, shown on a terminal until ``end`` is called."""
+    """Line on a terminal with a command's elapsed seconds, until ``end`` is called.
+
+    It is on standard error.
+    """
 
     def __init__(self, name: str) -> None:
         """Starts the clock."""
@@ -107,7 +115,10 @@ class ShownOutput:
 
 
 class QuietErrors:
-    """Standard error that claims not to be a terminal, so that no progress is shown; messages pass unchanged."""
+    """Standard error that claims not to be a terminal.
+
+    No progress is then shown; messages pass unchanged.
+    """
 
     def __init__(self, stream: TextIO) -> None:
         """Wraps a stream."""

@@ -19,7 +19,7 @@ _PROGRAMS = ("jupyterlab", "notebook")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Copies the tutorials, except those that are already in the folder, and opens Jupyter."""
+    """Copies new tutorials to the folder, and opens Jupyter."""
     folder = prepare_folder(arguments.out)
     for path in sorted(TUTORIALS.glob("*.md")):
         text, suffix = convert(path.read_text(encoding="utf-8"))
@@ -41,7 +41,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def convert(text: str) -> tuple[str, str]:
-    """Converts a Markdown tutorial to a notebook, or returns it unchanged if jupytext is not installed.
+    """Converts a Markdown tutorial to a notebook.
+
+    Without jupytext it stays unchanged.
 
     Returns: Text and suffix of the file.
     """

@@ -1,4 +1,4 @@
-"""Arguments of the commands in this folder, and options that these share."""
+"""Arguments of the commands for advice, and options that these share."""
 
 import argparse
 from pathlib import Path
@@ -9,7 +9,10 @@ from affordance.files.model_folder import MODELS
 
 
 def _add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
-    """Adds the options of commands that choose tools: tools, knowledge about them, criterion and robot."""
+    """Adds the options of commands that choose tools.
+
+    They are tools, knowledge about them, criterion and robot.
+    """
     add = parser.add_argument
     what = "file of a task, in place of a task of the robot; next takes several, in addition to tasks of the robot"
     add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
@@ -39,7 +42,10 @@ def _add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) ->
 
 
 def _add_knowledge(parser: argparse.ArgumentParser) -> None:
-    """Adds the options that say what is known about materials: their file, handbook densities and a memory."""
+    """Adds the options for knowledge about materials.
+
+    They are a materials file, handbook densities and a memory.
+    """
     add = parser.add_argument
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     what = (

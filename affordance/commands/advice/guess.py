@@ -1,4 +1,4 @@
-"""``affordance guess``: estimates the inertia of objects from how they look, before any is held."""
+"""``affordance guess``: estimates the inertia of objects from their appearance before any hold."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""``affordance next``: advises what to hold next before a tool is chosen, what it is worth, and when to stop."""
+"""``affordance next``: advises which object to hold next, and when to stop."""
 
 import argparse
 
@@ -45,7 +45,7 @@ _SURELY = 0.995
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints what to hold next, and writes it with a picture to the folder of ``--out``."""
+    """Prints which object to hold next, and writes it with a picture to the folder of ``--out``."""
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     bounds = check_choice(arguments, 100)
     robot = open_robot(arguments)
@@ -111,7 +111,10 @@ def describe_holds(advice: HoldAdvice, width: int = 0) -> list[str]:
 
 
 def _describe_decision(decision: OpenDecision, unit: str) -> str:
-    """Describes which option to take now, in the words of a ranking, or why none can be taken."""
+    """Describes which option to take now, or why none can be taken.
+
+    The words are those of a ranking.
+    """
     tool, _, grip = decision.best.rpartition(" by ")
     name = name_option(tool or grip, grip if tool else "", decision.alike)
     if not decision.is_possible:
@@ -126,7 +129,7 @@ def _describe_decision(decision: OpenDecision, unit: str) -> str:
 
 
 def describe_stop(advice: HoldAdvice) -> str:
-    """Describes what to hold next, or why to stop."""
+    """Describes which object to hold next, or why to stop."""
     first, unit = advice.ranked[0], advice.unit
     rests = ", and ".join(_describe_support(each) for each in advice.decisions if each.rests_on)
     if advice.check:
@@ -176,7 +179,10 @@ def _describe_support(decision: OpenDecision) -> str:
 
 
 def _describe_open(decision: OpenDecision, unit: str) -> str:
-    """Describes an open choice: a tie, or an expected loss that no hold here can avoid."""
+    """Describes an open choice: a tie, or an unavoidable expected loss.
+
+    No hold here can avoid it.
+    """
     margin = decision.margin
     if margin is not None and max(margin, decision.regret) <= _TIE * decision.cost:
         gap = 0.0 if abs(margin) <= TIE * decision.cost else margin
@@ -185,7 +191,10 @@ def _describe_open(decision: OpenDecision, unit: str) -> str:
 
 
 def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
-    """Lists the objects that may be held; a name that both files use raises an AffordanceError."""
+    """Lists the objects that may be held.
+
+    A name that both files use raises an AffordanceError.
+    """
     if arguments.may_hold.resolve() == arguments.tools.resolve():
         return bench.stock
     names = {tool.name for tool in bench.tools}
@@ -199,7 +208,10 @@ def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
 
 
 def _recall_looks(place: str | None, settings: Settings) -> dict[str, Appearance]:
-    """Reads the look of each object that was held, by its names; empty without a memory."""
+    """Reads the look of each object in a memory, by name.
+
+    Empty without a memory.
+    """
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:

@@ -1,4 +1,4 @@
-"""Shared parts of the commands that choose tools: options, and the tools, tasks and memory they name."""
+"""Loads the tools, tasks and memory of commands that choose tools."""
 
 import argparse
 from collections.abc import Collection, Mapping, Sequence
@@ -56,7 +56,10 @@ class Bench(NamedTuple):
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
-    """Checks the options of a choice before the robot is opened; returns the bounds of the grip."""
+    """Checks the options of a choice before the robot is opened.
+
+    Returns the bounds of the grip.
+    """
     options.check_bounds(arguments)
     options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 100_000))
@@ -69,7 +72,10 @@ def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBoun
 
 
 def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str], stock: Path | None = None) -> Bench:
-    """Loads tools, tasks and memory that the options name; ``names`` are tasks of the robot, ``stock`` is a file."""
+    """Loads the tools, tasks and memory that the options name.
+
+    ``names`` are tasks of the robot, ``stock`` is a file.
+    """
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     known, remarks = options.read_tools(arguments.tools, materials)
@@ -92,7 +98,10 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
 def know_materials(
     arguments: argparse.Namespace, settings: Settings, tools: Sequence[Tool], materials: Mapping[str, Material]
 ) -> NamedBelief:
-    """Adds to the memory, an empty one without ``--memory``, the handbook densities that ``--know`` names."""
+    """Adds the handbook densities of ``--know`` to the memory.
+
+    Without ``--memory`` it is empty.
+    """
     memory = MaterialMemory(settings.learner)
     if arguments.memory is not None:
         with open_memory(arguments.memory, create=False) as ledger:
@@ -107,7 +116,7 @@ def know_materials(
 
 
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
-    """Lists the tools' options, with shapes from the source that ``--see`` names, and their weighings."""
+    """Lists the tools' options with shapes from ``--see``, and with their weighings."""
     if arguments.see == "drawing":
         seen = list_drawn_options(bench.tools)
     else:
@@ -138,7 +147,9 @@ def rank_tools(
 def choose_strikers(
     options: Sequence[Option], task: TaskCostModel, tools: Sequence[Tool], path: Path
 ) -> tuple[list[Option], tuple[str, ...]]:
-    """Keeps the options with a striking face if the task is a blow, with remarks on soft faces and tools without one.
+    """Selects options with a striking face if the task is a blow.
+
+    Also returns remarks on soft faces and tools without a face.
 
     Raises:
         BadValueError: If the task is a blow and no tool has a striking face.
@@ -160,7 +171,10 @@ def choose_strikers(
 
 
 def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
-    """Loads tasks of the robot, by name, and from files; no task, or a repeated name, raises a BadValueError."""
+    """Loads tasks of the robot by name, and from files.
+
+    No task, or a repeated name, raises a BadValueError.
+    """
     if not (names or files):
         raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or a file with --task")
     tasks = {name: robot.load_task(name) for name in names}
@@ -173,7 +187,9 @@ def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dic
 
 
 def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
-    """Returns the named criterion, or the default: work for the paper's arm, the wrench at the grip for others.
+    """Returns the named criterion, or the default.
+
+    The default is work for the paper's arm, and the wrench at the grip for others.
 
     If a task is to hold still, which takes no work, the default is the wrench at the grip, and naming work raises a
     BadValueError.
@@ -187,7 +203,7 @@ def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCos
 
 
 def tell_sources(arguments: argparse.Namespace, robot: Robot, named: NamedBelief) -> dict[str, Any]:
-    """Lists in the content of an answer what the belief about materials comes from."""
+    """Lists the sources of the belief about materials in an answer's content."""
     return {
         "memory": Path(arguments.memory).name if arguments.memory else None,
         "trials_of_other_arms": count_of(robot, arguments.memory),
@@ -196,5 +212,8 @@ def tell_sources(arguments: argparse.Namespace, robot: Robot, named: NamedBelief
 
 
 def break_lines(lines: Sequence[str], width: int) -> str:
-    """Joins the lines of an answer, wrapped at a width; empty lines are left out."""
+    """Joins the lines of an answer, wrapped at a width.
+
+    Empty lines are left out.
+    """
     return "\n".join(part for line in lines if line for part in break_line(line, width))

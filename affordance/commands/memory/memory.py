@@ -1,4 +1,4 @@
-"""``affordance memory``: shows, edits and verifies a lasting memory of the objects that robots have held."""
+"""``affordance memory``: shows, edits and verifies a lasting memory of held objects."""
 
 import argparse
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -51,7 +51,10 @@ _HALF90 = 1.645
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Performs the action and returns the exit status: FAULTY if verify finds faults, else 0."""
+    """Performs the action and returns the exit status.
+
+    It is FAULTY if ``verify`` finds faults, else 0.
+    """
     prior = options.read_prior(arguments, "a memory")
     _check_arguments(arguments)
     trials: list[TrialEvidence] = []  # read first, so that nothing is written if a file is invalid
@@ -95,7 +98,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]:
-    """Names the materials of a memory: the known material of the same colour, or else the colour itself."""
+    """Names the materials of a memory by known materials of the same colour.
+
+    Others are named by the colour itself.
+    """
     known = {name: each.colour for name, each in load_materials(path or MATERIALS).items()}
     names = {}
     for each in summary.materials:
@@ -107,7 +113,10 @@ def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]
 
 
 def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidence]:
-    """Reads the weighings of tools files; a file without any raises a BadValueError."""
+    """Reads the weighings of tools files.
+
+    A file without any raises a BadValueError.
+    """
     trials = []
     for path in paths:
         tools, _ = options.read_tools(path, load_materials(materials))
@@ -119,10 +128,10 @@ def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidenc
 
 
 def list_weighed_trials(tools: Iterable[Tool], path: Path) -> Iterator[TrialEvidence]:
-    """Lists one trial for each weighing of tools from a file.
+    """Lists one trial for each weighing of tools in a file.
 
-    A weighing is of a whole tool, or of some of its parts, which then count as an object of their own. It measures
-    only the first of the ten parameters, the mass. A memory counts it once, however often it is added.
+    Weighed parts of a tool count as a separate object. A weighing measures only the first of the ten parameters, the
+    mass. A memory counts it once, however often it is added.
     """
     for tool in tools:
         features = measure_drawing(tool)
@@ -146,7 +155,10 @@ def list_weighed_trials(tools: Iterable[Tool], path: Path) -> Iterator[TrialEvid
 
 
 def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> "Figure":
-    """Draws densities of materials and masses of objects, with 90 % intervals and numbers of trials."""
+    """Plots densities of materials and masses of objects with 90 % intervals.
+
+    The numbers of trials are shown, too.
+    """
     # Imported here, so that answers without a figure come sooner.
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter, ScalarFormatter
@@ -193,7 +205,10 @@ def _label(name: str, experience: ExperienceSummary) -> str:
 
 
 def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
-    """Removes the selected trials and returns their number; an unknown robot or object raises a BadValueError."""
+    """Removes the selected trials and returns their number.
+
+    An unknown robot or object raises a BadValueError.
+    """
     selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
     if not any(selection):
         raise BadValueError(
@@ -208,7 +223,7 @@ def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
 
 
 def _check_arguments(arguments: argparse.Namespace) -> None:
-    """Checks that the action has the files it needs, and no option that it would ignore."""
+    """Checks that the action has its files, and no option that it would ignore."""
     needed = {"merge": "at least one memory", "export": "one file", "import": "at least one file"}
     needed["weigh"] = "at least one file of tools"
     files = len(arguments.files)
@@ -243,7 +258,7 @@ def _unfold(each: object) -> dict[str, object]:
 
 
 def _read_pair(word: str) -> tuple[Colour, Colour]:
-    """Reads two colours that are the same."""
+    """Reads a pair of colours that are the same."""
     one, _, other = word.partition("=")
     if not (is_colour(one) and is_colour(other)):
         raise BadValueError("join", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")

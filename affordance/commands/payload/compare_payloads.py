@@ -1,4 +1,4 @@
-"""``affordance compare-payloads``: are two payloads the same body?"""
+"""``affordance compare-payloads``: tests if two payloads are the same body."""
 
 import argparse
 
@@ -23,7 +23,10 @@ _VERDICTS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compares the payloads and prints the verdict; the exit status is 0, or 3 if one of them was not trusted."""
+    """Compares the payloads and prints the verdict.
+
+    The exit status is 0, or 3 if one of them was not trusted.
+    """
     paths = arguments.first, arguments.second
     first, second = map(read_estimate, paths)
     if first.name == second.name:

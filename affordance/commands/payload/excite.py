@@ -103,8 +103,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _limit_acceleration(chain: SerialChain, given: Array) -> Array:
     """Returns the acceleration limits, (n,), [rad/s^2].
 
-    Given limits are capped by those of the robot's file. Without given ones, the file's limits hold, and the usual
-    limit where the file has none.
+    Given limits are capped by the limits of the robot's file. By default the file's limits hold, or the usual limit
+    for joints without one.
     """
     usual = np.where(np.isfinite(chain.acceleration_limits), chain.acceleration_limits, USUAL_ACCELERATION)
     return np.minimum(given, chain.acceleration_limits) if len(given) else usual

@@ -1,4 +1,7 @@
-"""``affordance live``: what a running robot holds now. It reads joint states and commands nothing."""
+"""``affordance live``: identifies what a running robot holds now.
+
+It reads joint states and commands nothing.
+"""
 
 import argparse
 import contextlib
@@ -54,9 +57,9 @@ class _Program(NamedTuple):
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Follows a stream, prints an event a line, and returns the exit status.
+    """Follows a stream, prints an event per line, and returns the exit status.
 
-    It is 0 if the last final answer is trusted, or if the stream was only recorded; else 3.
+    The status is 0 if the last final answer is trusted, or if the stream was only recorded; else 3.
     """
     if arguments.seconds is not None:
         check_number("--seconds", arguments.seconds, 0.1, 1e7, "s")
@@ -94,7 +97,7 @@ def _prepare(arguments: argparse.Namespace) -> _Program:
 
 
 def _pretend(arguments: argparse.Namespace) -> Run:
-    """Builds a run that says only what the arguments say, to find a robot without recordings."""
+    """Builds a run from the arguments alone, to find a robot without recordings."""
     times = np.arange(20.0) / 100.0
     zero = np.zeros((20, 1))
     return Run("the stream", RunDescription(("a joint",), SignalKind(arguments.signal)), times, zero, zero)
@@ -128,7 +131,7 @@ def _follow(arguments: argparse.Namespace, program: _Program) -> int:
 
 
 def _read_ahead(arguments: argparse.Namespace, source: Iterator[Sample]) -> Iterator[Sample]:
-    """Reads samples in a thread of its own, so that none is lost while a belief is drawn."""
+    """Reads samples in a separate thread, so that none is lost during computations."""
     waiting: queue.Queue[Sample | BaseException | None] = queue.Queue(_MOST_WAITING)
 
     def read() -> None:
@@ -157,14 +160,14 @@ def _read_ahead(arguments: argparse.Namespace, source: Iterator[Sample]) -> Iter
 
 
 def _use(arguments: argparse.Namespace, program: _Program, source: Iterator[Sample], is_live: bool = False) -> int:
-    """Uses the samples of a stream, prints events, and returns the exit status."""
+    """Processes the samples of a stream, prints events, and returns the exit status."""
     live, recorder, order = program.live, program.recorder, JointOrder(program.robot.joint_names)
     first: float | None = None
     newest, least, status = -np.inf, np.inf, 3
     X_TF = np.eye(4) if isinstance(program.flange, str) else np.linalg.inv(program.flange.X_FT)
 
     def show(events: list[LiveEvent]) -> None:
-        """Prints events, and notes whether a final answer is trusted."""
+        """Prints events, and notes if a final answer is trusted."""
         nonlocal status
         for event in events:
             _print_event(arguments, program, event, event.time if first is None else first)
@@ -226,7 +229,10 @@ def _print_event(arguments: argparse.Namespace, program: _Program, event: LiveEv
 
 
 def _follow_foreign(arguments: argparse.Namespace) -> int:
-    """Starts a robot of somebody else in processes of its own: it records empty runs, then it works."""
+    """Starts somebody else's robot in separate processes.
+
+    It records empty runs, then it works.
+    """
     name = arguments.demo
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)

@@ -1,6 +1,8 @@
-"""``affordance weigh``: weighs what a force-torque sensor bears, from poses at rest, without a robot's file.
+"""``affordance weigh``: weighs the load of a force-torque sensor from poses at rest.
 
-No module that is imported here imports Drake, so that the answer comes in less than a second.
+No robot file is needed.
+
+No imported module imports Drake, so the answer takes less than a second.
 """
 
 import argparse
@@ -21,7 +23,10 @@ _UNITS = ("kg", "m", "m", "m", "N", "N", "N", "N m", "N m", "N m")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Weighs, prints and writes the result; the exit status is 0, or 3 if it is not trusted or shows no mass."""
+    """Weighs, prints and writes the result.
+
+    The exit status is 0, or 3 if it is not trusted or shows no mass.
+    """
     check_target(arguments.write, arguments.draws)
     if not np.isfinite(arguments.gravity).all() or not np.any(arguments.gravity):
         raise BadValueError("--gravity", "", f"is {arguments.gravity}, must be a direction of finite numbers")

@@ -1,1 +1,1 @@
-"""Commands of this branch; each module has ``run``, and ``arguments`` declares their arguments."""
+"""Commands for people; each module has ``run``, and ``arguments`` declares their arguments."""

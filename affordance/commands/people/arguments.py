@@ -1,4 +1,4 @@
-"""Arguments of the commands in this folder, and options that these share."""
+"""Arguments of the commands for people, and options that these share."""
 
 import argparse
 from collections.abc import Sequence
@@ -54,7 +54,7 @@ def _add_details(parser: argparse.ArgumentParser, what: str) -> None:
 
 
 def add_fit_options(parser: argparse.ArgumentParser) -> None:
-    """Adds the options that fit and compare-learners share."""
+    """Adds the options that ``fit`` and ``compare-learners`` share."""
     add = parser.add_argument
     add("lifts", type=Path, help="table with one row per lift (CSV), like lifts.csv")
     add(

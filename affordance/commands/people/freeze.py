@@ -1,4 +1,4 @@
-"""``affordance freeze TABLE``: freezes the plan of an experiment for a preregistration, and checks it later."""
+"""``affordance freeze TABLE``: freezes an experiment's plan for a preregistration, or checks it."""
 
 import argparse
 
@@ -12,7 +12,7 @@ from affordance.named_settings import change_settings
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the plan next to the table, or with ``--check`` compares table and objects with it."""
+    """Writes the plan next to the table, or compares its files with it (``--check``)."""
     check_bounds(arguments)
     path = arguments.table.with_suffix(".plan.json")
     if arguments.check:

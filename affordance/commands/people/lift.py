@@ -1,4 +1,4 @@
-"""``affordance lift``: simulates the trials of a table, and writes the table with what observers did."""
+"""``affordance lift``: simulates the trials of a table, and writes it with the observers' results."""
 
 import argparse
 from dataclasses import replace

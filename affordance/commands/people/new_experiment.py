@@ -1,4 +1,4 @@
-"""``affordance new-experiment NAME``: writes a runnable example experiment, for the user to change."""
+"""``affordance new-experiment NAME``: writes an example experiment that the user can change."""
 
 import argparse
 import inspect

@@ -1,4 +1,4 @@
-"""``affordance new-trials FILE``: writes a table of trials, or a table's trials for PsychoPy, jsPsych or BIDS."""
+"""``affordance new-trials FILE``: writes a table of trials, also for PsychoPy, jsPsych or BIDS."""
 
 import argparse
 
@@ -18,7 +18,10 @@ _PARTICIPANTS, _BOUND = 8, Whole(1, 10_000)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the table unless it exists, and a folder for each format; prints whether orders are balanced."""
+    """Writes the table unless it exists, and a folder for each format.
+
+    Prints if orders are balanced.
+    """
     check_bounds(arguments)
     path, robot, lines = arguments.file, open_robot(arguments), []
     check_own_name(path)

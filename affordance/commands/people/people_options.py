@@ -1,4 +1,4 @@
-"""Options of the commands on lifts: a trial table and its objects, and what is fitted to lifts."""
+"""Options of the commands on lifts: trial table, objects and fitted parameters."""
 
 import argparse
 import itertools
@@ -44,7 +44,7 @@ SUFFIXES = (".csv", ".tsv", ".txt")
 def open_table(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[TrialTable, dict[str, TaskCostModel]]:
-    """Reads a table, its objects, and the tasks that it names; an error in any of them raises a BadValueError."""
+    """Reads a table with its objects and tasks. An error in any of them raises a BadValueError."""
     tools, materials = open_objects(arguments, path, robot)
     table = read_trials(path, tools, materials, columns=read_columns(arguments), tasks=robot.tasks)
     return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
@@ -53,7 +53,7 @@ def open_table(
 def open_objects(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[Sequence[Tool], Mapping[str, Material]]:
-    """Reads the objects of the table at ``path``, and the materials that they may look like."""
+    """Reads the objects of the table at ``path``, and their possible materials."""
     if arguments.objects is None:
         raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
@@ -103,7 +103,7 @@ def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
 
 
 def prepare_new_folder(path: Path) -> Path:
-    """Creates a folder that does not exist yet: the one named, or with _2, _3 and so on after its name."""
+    """Creates a new folder: the one named, or with _2, _3 and so on after its name."""
     others = (path.with_name(f"{path.name}_{number}") for number in itertools.count(2))
     return prepare_folder(next(each for each in itertools.chain([path], others) if not each.exists()))
 

@@ -1,4 +1,4 @@
-"""``affordance predict EXPERIMENT``: predicts what every learner would do, before there are data."""
+"""``affordance predict EXPERIMENT``: predicts the behaviour of every learner before data exist."""
 
 import argparse
 from dataclasses import replace
@@ -77,7 +77,7 @@ def _predict(
     is_own: bool = False,
     planned: TableExperiment | None = None,
 ) -> int:
-    """Predicts an experiment; a user-defined one is first tried with one observer.
+    """Predicts an experiment. A user's experiment is first tried with one observer.
 
     ``planned`` is the experiment if it is a table with planned contrasts, which are then the answer.
     """
@@ -111,7 +111,10 @@ def _predict(
 def _predict_contrasts(
     experiment: TableExperiment, setup: Setup, power: float
 ) -> tuple[list[str], list[dict[str, Any]]]:
-    """Computes planned contrasts and the people that they need, as lines of text and as content of a file."""
+    """Computes planned contrasts and the required numbers of people.
+
+    Returns lines of text, and content for a file.
+    """
     contrasts = experiment.contrasts
     effects = compute_effects(contrasts, experiment.collect(setup))
     sizes = [

@@ -1,4 +1,4 @@
-"""Arguments of the commands in this folder."""
+"""Arguments of the commands for pictures."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,7 @@
-"""``affordance see``: measures an object in a colour and depth picture of your own, and writes it as a tools file."""
+"""``affordance see``: measures an object in your colour and depth picture.
+
+It is written as a tools file.
+"""
 
 import argparse
 from collections.abc import Iterator
@@ -31,7 +34,10 @@ _NAMES_OF_PARTS = 2
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measures an object, prints and writes it; the exit status is 0, or 3 if an outline is needed."""
+    """Measures an object, prints and writes it.
+
+    The exit status is 0, or 3 if an outline is needed.
+    """
     if arguments.demo is not None:
         return _write_demo(arguments)
     for name in ("colour", "depth", "camera"):
@@ -98,7 +104,7 @@ def _write_demo(arguments: argparse.Namespace) -> int:
 
 
 def _choose_materials(arguments: argparse.Namespace, materials: dict[str, Material]) -> tuple[str, ...]:
-    """Returns the names of the materials of the parts, one for all or two."""
+    """Returns the material names of the parts, one for all or two."""
     if arguments.material is None:
         return (MATERIALS_BY_KIND[arguments.holds] if arguments.holds else UNKNOWN,)
     if arguments.holds is not None:
@@ -141,7 +147,7 @@ def _build_content(
 
 
 def _expect_mass(tool: Tool) -> dict[str, float]:
-    """Computes the mass that ``affordance guess`` expects: mean and 90 % interval."""
+    """Computes the mass expected by ``affordance guess``: mean and 90 % interval."""
     # Imported here, because pictures are measured without advice and without Drake.
     from affordance.belief.material_memory import MaterialMemory
     from affordance.extensions.advice.expected_inertia import expect
@@ -154,7 +160,10 @@ def _expect_mass(tool: Tool) -> dict[str, float]:
 
 
 def _describe(content: dict[str, Any]) -> Iterator[str]:
-    """Describes the answer line by line; the first line is what a person wants to know."""
+    """Describes the answer line by line.
+
+    The first line is the main result.
+    """
     volume, litres = content["volume"], 1e3
     form = "one solid" if len(content["parts"]) == 1 else "two solids along its longest axis"
     sizes = " and ".join(

@@ -1,4 +1,4 @@
-"""Arguments of the commands in this folder."""
+"""Arguments of the commands for robots."""
 
 import argparse
 from pathlib import Path

@@ -23,7 +23,10 @@ DIFFERENT = 3
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the comparison and returns the exit status: DIFFERENT if anything differs, else 0."""
+    """Prints the comparison and returns the exit status.
+
+    It is DIFFERENT if anything differs, else 0.
+    """
     arms = read_joints(arguments.one, arguments.tip), read_joints(arguments.other, arguments.other_tip)
     found = compare(*arms, same_tip=bool(arguments.tip and arguments.other_tip))
     differing = [name for name in NAMES if any(name in each.differing for each in found.joints)]
@@ -71,14 +74,17 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _describe(compared: Sequence[Compared], name: str) -> str:
-    """Describes in which joints something differs, with the distance or both numbers."""
+    """Describes which joints differ, with the distance or both numbers."""
     what, _, unit = NAMES[name].rstrip(")").partition(" (")
     differing = [each for each in compared if name in each.differing]
     return f"{what} of " + ", ".join(f"{each.one.joint} ({_show(each, name)} {unit})" for each in differing)
 
 
 def _show(each: Compared, name: str) -> str:
-    """Formats one number of both joints, once if they agree, or a distance that is no rounding."""
+    """Formats a number of both joints.
+
+    Equal numbers appear once; a distance appears unless it is rounding.
+    """
     if name not in STATED:
         return format_number(each.apart[name], 2) if name in each.differing else ""
     shown = [_show_stated(getattr(joint, name)) for joint in (each.one, each.other)]

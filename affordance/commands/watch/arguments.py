@@ -1,4 +1,4 @@
-"""Arguments of the commands in this folder."""
+"""Arguments of the commands for live views."""
 
 import argparse
 

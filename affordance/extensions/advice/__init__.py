@@ -1,1 +1,1 @@
-"""Advice on tools: what to expect of them, which to choose, what to hold next."""
+"""Advice on tools: expected inertia, choice, and objects to hold next."""

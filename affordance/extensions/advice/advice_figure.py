@@ -1,4 +1,4 @@
-"""Figures of advice: costs and torque demands of options, pictures of the best, and the worth of objects to hold."""
+"""Figures of advice: costs, torque demands, pictures, and worths of holds."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -34,7 +34,10 @@ _ROW, _REST, _TITLE = 0.35, 1.6, 100
 
 
 def render_choice(directives: Path, ranking: Ranking, tools: dict[str, Tool]) -> list[Image]:
-    """Renders the arm holding each of the best options at the start of the task; empty if there is no renderer."""
+    """Renders the arm with each of the best options at the start of the task.
+
+    Empty if there is no renderer.
+    """
     shown = ranking.ranked[: min(ranking.num_usable, _PICTURES)]
     gripped = [tools[each.option.object_name].list_gripped()[each.option.grip] for each in shown]
     poses = [Pose(tool, None, each.q_start) for tool, each in zip(gripped, shown, strict=True)]
@@ -45,7 +48,7 @@ def render_choice(directives: Path, ranking: Ranking, tools: dict[str, Tool]) ->
 
 
 def draw_advice(content: Content, pictures: Sequence[Image]) -> Figure:
-    """Draws the content of a ranking: pictures of the best options, costs, and probabilities of being best."""
+    """Plots a ranking: pictures of the best options, costs, and probabilities of being best."""
     shown = [each for each in content["options"] if each["cost"]["mean"] is not None]
     figure = Figure(figsize=(15.0, max(4.0, 1.6 + 0.45 * len(shown))))
     widths = (*[1.0] * _PICTURES, 1.3, 0.6)
@@ -81,7 +84,10 @@ def _draw_bars(axes: Axes, places: Array, values: Array, errors: Array, colours:
 
 
 def draw_holds(content: Content) -> Figure:
-    """Draws the worth of holding each of K objects, and how it changes the probability of the right choice."""
+    """Plots the worth of holding each of K objects.
+
+    Also plots how each hold changes the probability of the right choice.
+    """
     ranked, places = content["ranked"], np.arange(float(len(content["ranked"])))
     figure = Figure(figsize=(11.0, _REST + _ROW * max(len(ranked), 3)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(2.0, 1.0))

@@ -1,4 +1,7 @@
-"""Advice on tools: its content, which ``--json`` prints, and a text that is built from the content alone."""
+"""Formats advice on tools.
+
+The text is built only from the content that ``--json`` prints.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -25,7 +28,10 @@ type Content = Mapping[str, Any]
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
-    """Returns a function that names the material of a colour: one that the tools show, or else the nearest."""
+    """Returns a function that names the material of a colour.
+
+    It is one that the tools show, or else the nearest.
+    """
     shown: dict[Colour, str] = {
         part.looks_like.colour: part.looks_like.name for tool in tools for part in tool.components
     }
@@ -34,7 +40,7 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
 
 
 def build_content(ranking: Ranking, reasons: Reasons | None, names: Callable[[Colour], str]) -> dict[str, Any]:
-    """Builds the content of a ranking; infinite numbers become None.
+    """Builds the content of a ranking. Infinite numbers become None.
 
     Args:
         ranking: Ranking with at least one usable option.
@@ -126,7 +132,10 @@ _LESS_IMPORTANT = (_MOMENT, _FORCE, _SHARE, _FEASIBLE, _WORK)
 
 
 def describe_advice(content: Content, width: int = 0) -> list[str]:
-    """Formats the content of advice as lines, of which the first is its sentence, with a table within a width."""
+    """Formats the content of advice as lines, including a table.
+
+    The first line is the main sentence; ``width`` limits the table.
+    """
     knowledge = describe_knowledge(content)
     title = f"{content['task']} with {content['robot']}, compared by {_BY[Criterion(content['by'])]}; {knowledge}"
     lines = [content["sentence"], title, *(describe_surprise(Surprise(**each)) for each in content["surprises"])]
@@ -139,7 +148,10 @@ def describe_advice(content: Content, width: int = 0) -> list[str]:
 
 
 def describe_choice(content: Content) -> str:
-    """Describes the choice in one sentence: the option, its cost, how certain it is, and what would change it."""
+    """Describes the choice in one sentence.
+
+    It names the option, its cost, its certainty, and what would change it.
+    """
     by, options = Criterion(content["by"]), content["options"]
     best, better = options[0], max(options, key=lambda each: each["p_best"])
     num_usable = sum(each["usable"] for each in options)
@@ -166,7 +178,7 @@ def describe_choice(content: Content) -> str:
 
 
 def describe_knowledge(content: Content) -> str:
-    """Describes the sources of the belief about materials, and the spread that is added for each object."""
+    """Describes the sources of the belief about materials, and the spread of objects."""
     known, learned, unknown = (
         ", ".join(map(_name_material, content[key])) for key in ("known", "learned", "unknown")
     )
@@ -197,7 +209,10 @@ def _name_material(name: str) -> str:
 
 
 def _tabulate(content: Content, width: int) -> list[str]:
-    """Formats the options as a table within a width; intervals are 90 %, peaks are 95 % quantiles."""
+    """Formats the options as a table.
+
+    ``width`` limits it; intervals are 90 %, peaks are 95 % quantiles.
+    """
     of_cost = _COST_TITLES.get(Criterion(content["by"]), "")
     rows = [["", "work (J)", of_cost, "P(best)", "P(feasible)", "torque share", "force (N)", "moment (N m)"]]
     inner, notes = max(width - 2, 1) if width else 0, []
@@ -249,7 +264,7 @@ def _describe_cost(option: Content, by: Criterion) -> str:
 
 
 def _find(named: Content, options: Sequence[Content]) -> Content:
-    """Finds the option that a part of the content names by tool and grip."""
+    """Finds an option by tool and grip."""
     return next(each for each in options if (each["tool"], each["grip"]) == (named["tool"], named["grip"]))
 
 

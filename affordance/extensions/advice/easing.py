@@ -1,4 +1,4 @@
-"""Suggests what would be feasible if a task is not: a lighter tool, or an easier task."""
+"""Suggests a lighter tool or an easier task if a task is infeasible."""
 
 import numpy as np
 
@@ -26,10 +26,10 @@ def explain_failure(
     bounds: GripBounds,
     rng: np.random.Generator,
 ) -> str:
-    """Explains why no option of a ranking is usable: what the nearest one lacks, and what it could do instead.
+    """Explains why no option of a ranking is usable, and suggests a remedy.
 
-    That is to take a lighter tool, or the first easier task that works. If neither works, the easiest task that was
-    tried is named.
+    The remedy is a lighter tool, or the first easier task that works. If neither works, the text names the easiest
+    task that was tried.
     """
     nearest = ranking.ranked[0]
     said = f"no tool can do the task; nearest is {name_gripped(nearest.option.name)}: {nearest.infeasible_reason}"
@@ -57,7 +57,10 @@ def _can_do(plan: OptionCost, pi: Array, bounds: GripBounds) -> bool:
 
 
 def _find_share(plan: OptionCost, pi: Array, bounds: GripBounds) -> float:
-    """Finds the largest fraction of a tool's inertia with which it could do the task; 0 if there is none."""
+    """Finds the largest fraction of a tool's inertia that allows the task.
+
+    It is 0 if there is none.
+    """
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""Expected mass, centre of mass and inertia of an object from its appearance, before it is held."""
+"""Expected mass, centre of mass and inertia of an object before it is held."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ _NUM_SAMPLES, _SEED = 10_000, 0
 
 
 class ExpectedBody(NamedTuple):
-    """Expected inertia of an object or of one of its parts, in the axes of the object's own frame.
+    """Expected inertia of an object or part, in the axes of the object's frame.
 
     Attributes:
         name: Name of the object, or of the material that the part looks like; its colour if seen in a picture.
@@ -40,7 +40,7 @@ class ExpectedBody(NamedTuple):
 
 
 class Expectation(NamedTuple):
-    """Expected inertia of a whole object and of each of its parts: means and 90 % intervals.
+    """Expected inertia of an object and its parts: means and 90 % intervals.
 
     Attributes:
         whole: The whole object.
@@ -110,7 +110,7 @@ def expect(
 
 
 def _summarise(name: str, pi: Array) -> ExpectedBody:
-    """Summarises samples of ten parameters, (S, 10)."""
+    """Summarises samples of the ten parameters, (S, 10)."""
     mass = pi[:, 0]
     com = pi[:, 1:4] / np.where(mass > 0.0, mass, np.nan)[:, None]
     com = np.where(np.isfinite(com), com, np.nanmean(com, axis=0))  # a sample without mass has no centre of mass
@@ -134,7 +134,10 @@ _EXACT, _EXACT_LENGTH = 0.02, 1e-3
 
 
 def build_expectations(expected: Sequence[Expectation]) -> list[dict[str, Any]]:
-    """Builds the JSON content of the expected inertia of objects and their parts, in SI units, in the same order."""
+    """Builds the JSON content of expected inertias of objects and parts, in SI units.
+
+    The order is kept.
+    """
     return [{**_build(each.whole), "parts": [_build(part) for part in each.parts]} for each in expected]
 
 
@@ -151,7 +154,9 @@ def _build(body: ExpectedBody) -> dict[str, Any]:
 def describe_expectations(
     content: Sequence[Mapping[str, Any]], width: int = 0, *, by_part: bool = False
 ) -> list[str]:
-    """Formats what ``build_expectations`` built: masses, centres of mass and moments, one line per object.
+    """Formats the content of ``build_expectations``, one line per object.
+
+    It lists masses, centres of mass and moments.
 
     With ``by_part`` each part has a line too. Centres of mass, and moments of inertia about them, are in the axes of
     the object's own frame.

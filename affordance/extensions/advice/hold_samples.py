@@ -1,11 +1,11 @@
-"""Samples of the belief before something is held, allowing for one odd object.
+"""Samples of the belief before a hold, which allow for one odd object.
 
-An object can look like one material and be made of another (a decoy). Before anything is felt, each object that was
-held is odd with probability ``ODD``. An odd object tells nothing about its apparent materials: the belief about them
-comes from the other objects, and the odd object's own densities have the prior of any material. The hypotheses, each
-with at most one odd object, are weighted by their evidence: a single object of a material cannot contradict itself;
-of two that differ, either may be the odd one; a third one decides. A learner with kinds judges oddness itself; there,
-the only member of a kind may be odd.
+An object can look like one material and be made of another (a decoy). A priori, each held object is odd with
+probability ``ODD``. An odd object is no evidence about its apparent materials. The belief about them comes from the
+other objects, and the odd object's densities have the prior of any material. The hypotheses, each with at most one
+odd object, are weighted by their evidence. A single object of a material cannot contradict itself. If two objects
+differ, either may be odd, and a third object decides. A learner with kinds judges oddness itself; then the only
+member of a kind may be odd.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -45,7 +45,7 @@ class Suspicion(NamedTuple):
 
 
 class HoldSamples:
-    """Samples of materials' mean densities, and of objects' own densities around them."""
+    """Samples of materials' mean densities, and of objects' deviations from them."""
 
     def __init__(
         self,
@@ -55,7 +55,10 @@ class HoldSamples:
         rng: np.random.Generator,
         looks: Mapping[str, Sequence[PartAppearance]] | None = None,
     ) -> None:
-        """Recognises all objects, given by their parts; ``looks`` has the names of objects that were held."""
+        """Recognises all objects, given by their parts.
+
+        ``looks`` has the names of held objects.
+        """
         prior = settings.prior
         self._objects, self._prior, self._rng = objects, prior, rng
         for parts in objects.values():
@@ -88,9 +91,9 @@ class HoldSamples:
         self._odd = np.zeros(0, dtype=int)
 
     def draw(self, num_samples: int, suspicion: Suspicion | None = None) -> "HoldSamples":
-        """Draws samples from all hypotheses in proportion to their probability, and returns itself.
+        """Draws samples from all hypotheses by their probability, and returns itself.
 
-        If a suspicion is given, its object's evidence is left out.
+        If a suspicion is given, the evidence of its object is left out.
         """
         self._own, self._errors = {}, {}
         weights = np.array([1.0, *(each.weight for each in self.suspicions)])
@@ -107,7 +110,10 @@ class HoldSamples:
         return self
 
     def draw_own(self, name: str) -> Array:
-        """Draws an object's own densities given its materials' mean densities, (S, M); the same in every call."""
+        """Draws an object's densities given its materials' mean densities, (S, M).
+
+        Every call returns the same draws.
+        """
         if name not in self._own:
             deviation, prior, number = self._prior.deviation, self._prior, self._numbers.get(name)
             own = self.mu + deviation * self.mu * self._rng.standard_normal(self.mu.shape)
@@ -134,7 +140,10 @@ class HoldSamples:
         return self._own[name]
 
     def build_geometry(self, name: str, X_TG: Array | None = None) -> Geometry:
-        """Builds an object's geometry, with one column per material, in its own frame or in that of a grip."""
+        """Builds an object's geometry with one column per material.
+
+        The frame is the object's own, or a grip's.
+        """
         geometry = measure_geometry(self._objects[name], self._columns[name], self._belief.size)
         if X_TG is None:
             return geometry
@@ -142,23 +151,29 @@ class HoldSamples:
         return Geometry(grip @ geometry.Phi, grip @ geometry.Phi_errors)
 
     def draw_errors(self, name: str) -> Array:
-        """Draws the errors of an object's measurements, in standard deviations, (S, G); the same in every call."""
+        """Draws the measurement errors of an object, in standard deviations, (S, G).
+
+        Every call returns the same draws.
+        """
         if name not in self._errors:
             count = len(self.build_geometry(name).Phi_errors)
             self._errors[name] = self._rng.standard_normal((len(self.mu), count))
         return self._errors[name]
 
     def list_checks(self, suspicion: Suspicion) -> list[str]:
-        """Lists the objects that share a material with the suspected object and were not held."""
+        """Lists the objects that share a material with a suspect and were never held."""
         columns = set(suspicion.columns)
         return [name for name, own in self._columns.items() if name not in self._numbers and columns & set(own)]
 
     def concerns(self, suspicion: Suspicion, names: Iterable[str]) -> bool:
-        """Returns True if one of the named objects shares a material with the suspected object."""
+        """Returns True if a named object shares a material with the suspected object."""
         return any(set(suspicion.columns) & set(self._columns[name]) for name in names)
 
     def _recognise(self, name: str, parts: Sequence[ComponentFeatures]) -> None:
-        """Finds the column of each part of an object, that of its colour or kind, and the object in the memory."""
+        """Finds the column of each part of an object, and the object in the memory.
+
+        A column belongs to a colour or kind.
+        """
         recollection = self._memory.recall([part.appearance for part in parts], self._prior)
         memory, at_hand = recollection.memory, recollection.memory.at_hand
         assert at_hand is not None  # because it was just recalled
@@ -168,11 +183,12 @@ class HoldSamples:
             self._numbers[name] = at_hand.number
 
     def _find_felt(self, number: int) -> Likelihood:
-        """Finds the quadratic log likelihood of the own densities of an object that was held, from all of its holds.
+        """Computes the quadratic log likelihood of a held object's densities from all holds.
 
-        It agrees with the exact one at the most probable densities for the prior of any material. Densities drawn
-        with it have means right to 2 % and SDs to 5 % where objects differ by a factor of 1.3 (against quadrature);
-        with a factor of 2 SDs are up to 9 % too small, but then it is almost certain that one of them is odd.
+        It agrees with the exact log likelihood at the most probable densities for the prior of any material.
+        Densities drawn with it have means right to 2 % and SDs to 5 % where objects differ by a factor of 1.3
+        (against quadrature); with a factor of 2 SDs are up to 9 % too small, but then it is almost certain that one
+        of them is odd.
         """
         size = len(self._memory.things[number].colours)
         holds = Holds.of(forget_things(self._memory.state, [number]))
@@ -181,13 +197,13 @@ class HoldSamples:
         return felt.find_likelihood(EMPTY_BELIEF.extend(self._prior, size).normals).take(0)
 
     def _find_name(self, number: int) -> str:
-        """Finds the name of an object that was held; one without a name has its number, counted from 1."""
+        """Finds the name of a held object, or its number, counted from 1."""
         appearance = self._memory.things[number].appearance
         same = (name for name, look in self._looks.items() if is_same_object(appearance, look))
         return next(same, f"object {number + 1}")
 
     def _believe_without(self, one: Suspicion | None, other: Suspicion | None) -> DensityBelief:
-        """Computes the belief about materials without one or two suspected objects."""
+        """Computes the belief about materials without one or two suspects."""
         odd = [each for each in (other, one) if each is not None]
         if len({each.number for each in odd}) < 2 or not isinstance(self._memory.learner, OneDensity):
             return odd[0].belief if odd else self._belief
@@ -196,14 +212,15 @@ class HoldSamples:
         return DensityBelief.from_normals(learner.believe(state))
 
     def _is_odd(self, name: str) -> bool:
-        """Returns True if a learner with kinds assigns an object to a kind other than the most populous one."""
+        """Returns True if an object's kind is not the most populous one."""
         return not set(self._columns[name]) <= set(self.common)
 
     def _suspect_objects(self, learner: OneDensity) -> list[Suspicion]:
-        """Lists the objects that were held, each with the belief without it.
+        """Lists held objects as suspects, each with the belief without it.
 
-        An object that shares no material with those here is not suspected. The odds are the ratio of the evidence of
-        all holds: the object's alone, from the prior of any material, times that of all others, by that of all.
+        An object is suspected only if it shares a material with these objects. The odds are a ratio of evidence. The
+        numerator is the object's evidence alone, from the prior of any material, times the evidence of all others.
+        The denominator is the evidence of all holds.
         """
         found, state, prior = [], self._memory.state, self._prior
         here = {column for own in self._columns.values() for column in own}

@@ -1,4 +1,4 @@
-"""Worth of holding an object before choosing: the expected reduction of the least expected cost.
+"""Worth of a hold before a choice: expected reduction of the least expected cost.
 
 If c_i is the cost of option i and y the measurement of the object,
 
@@ -56,17 +56,20 @@ class PossibleHold(NamedTuple):
     errors: Array
 
     def compute_load(self, static: StaticHold) -> Array:
-        """Computes the joint torques due to the object at rest for each sample, (S, num_joints), [N m]."""
+        """Computes the joint torques of the resting object for each sample, (S, num_joints), [N m]."""
         load: Array = self.geometry.compute_parameters(self.densities, self.errors) @ static.Y.T
         return load
 
     def compute_probability(self, static: StaticHold, limits: JointLimits) -> float:
-        """Computes the probability that the arm can hold the object within its torque limits."""
+        """Computes the probability that the arm can hold the object.
+
+        Torque limits decide.
+        """
         return float((limits.compute_loads(static.tau_arm + self.compute_load(static)) <= 1.0).all(axis=1).mean())
 
 
 class Decision(NamedTuple):
-    """Choice among k options, with their costs for each of S samples."""
+    """Choice among k options with their costs for S samples."""
 
     name: str
     options: tuple[str, ...]
@@ -76,16 +79,18 @@ class Decision(NamedTuple):
     infeasible_reasons: tuple[str, ...]  # why an option is not usable; empty if it is
 
     def price_failure(self) -> float:
-        """Computes the cost of an infeasible sample: twice the mean cost of the most expensive option.
+        """Computes the cost of an infeasible sample.
 
-        It is 0 if no option is feasible in any sample.
+        It is twice the mean cost of the most expensive option.
+
+        The cost is 0 if no option is feasible in any sample.
         """
         usable = self.feasible & np.isfinite(self.cost)
         means = [row[ok].mean() for row, ok in zip(self.cost, usable, strict=True) if ok.any()]
         return _FAILURE * float(max(means, default=0.0))
 
     def charge(self, failure: float | None = None) -> Array:
-        """Computes the costs, (k, S), in which an infeasible sample costs at least ``failure``.
+        """Computes the costs, (k, S), with a least cost ``failure`` of infeasible samples.
 
         None stands for the result of ``price_failure``.
         """
@@ -96,7 +101,10 @@ class Decision(NamedTuple):
         return np.where(usable, self.cost, np.maximum(least, np.where(usable, self.cost, 0.0)))
 
     def mark_best(self) -> Array:
-        """Marks the cheapest feasible option of each sample with 1, divided equally among ties, (k, S)."""
+        """Marks the cheapest feasible option of each sample with 1, (k, S).
+
+        Ties are divided equally.
+        """
         cost = np.where(self.feasible, self.cost, np.inf)
         least = cost.min(axis=0)
         equal = np.isfinite(cost) & (cost <= least + _TIE * np.abs(least))
@@ -104,11 +112,17 @@ class Decision(NamedTuple):
         return marked
 
     def find_best(self) -> int:
-        """Finds the option of least expected cost, infeasible samples included; worth is relative to its cost."""
+        """Finds the option of least expected cost, which is the reference of worth.
+
+        Infeasible samples are included.
+        """
         return int(self.charge().mean(axis=1).argmin())
 
     def compute_regret(self, option: int) -> float:
-        """Computes the expected regret of an option: its mean cost minus the mean of each sample's least cost."""
+        """Computes the expected regret of an option.
+
+        It is the mean cost minus the mean of each sample's least cost.
+        """
         charged = self.charge()
         return float((charged[option] - charged.min(axis=0)).mean())
 
@@ -124,7 +138,9 @@ class Worth(NamedTuple):
 
 
 def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
-    """Simulates a measurement of an object for each sample, reduced to its information about materials.
+    """Simulates an object's measurement for each sample.
+
+    It is reduced to its information about materials.
 
     Args:
         hold: Object.
@@ -154,10 +170,13 @@ def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, r
 
 
 class PricedDecisions:
-    """Decisions with their costs, prepared for computing worths: with infeasible samples priced, and in folds."""
+    """Decisions with costs, prepared for computing worths.
+
+    Infeasible samples are priced, and samples are in folds.
+    """
 
     def __init__(self, decisions: Sequence[Decision]) -> None:
-        """Prepares the costs of one or more decisions, which must be for the same samples."""
+        """Prepares the costs of decisions, which must have the same samples."""
         costs = np.concatenate([decision.charge() for decision in decisions]).T
         best = np.concatenate([decision.mark_best() for decision in decisions]).T
         # For each fold: indices of its samples, costs of all options, (about S / _FOLDS, K), and shares with which
@@ -176,7 +195,10 @@ class PricedDecisions:
 
 
 def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
-    """Computes the worth of making several holds before choosing, from their percepts, (S, r) each."""
+    """Computes the worth of several holds before a choice.
+
+    Their percepts are (S, r) each.
+    """
     Q = _orthonormalise(_expand(np.hstack(percepts)))
     owns = [Q[fold] for fold in priced.folds]
     products = np.array([own.T @ cost for own, cost in zip(owns, priced.costs, strict=True)])
@@ -199,20 +221,25 @@ def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
 
 
 class Outlook:
-    """Percepts of all objects that may be held, for the samples with which decisions are priced."""
+    """Percepts of all possible holds, for the samples that price decisions."""
 
     def __init__(self, felt: Mapping[str, Array], priced: PricedDecisions) -> None:
         """Stores each object's percept, (S, r), by name."""
         self._felt, self._priced = felt, priced
 
     def find_best_pair(self, names: Sequence[str]) -> tuple[tuple[str, str] | None, float]:
-        """Finds the two objects that are worth most together, and their worth; None if no pair has a worth."""
+        """Finds the two objects with the largest joint worth.
+
+        Returns them with their worth, or None if no pair has a worth.
+        """
         worths = {pair: self._measure(pair).total for pair in itertools.combinations(names, 2)}
         best = max(worths, key=lambda pair: worths[pair], default=None)
         return (best, worths[best]) if best and worths[best] > 0.0 else (None, 0.0)
 
     def look_ahead(self, names: Sequence[str], settled: Array, least: float) -> tuple[tuple[str, ...], Array]:
-        """Plans a sequence of holds greedily: adds the object that makes all of them together worth most.
+        """Plans a sequence of holds greedily.
+
+        Each step adds the object with the largest joint worth.
 
         Args:
             names: Names of the first holds.
@@ -242,7 +269,7 @@ def compute_information(
 ) -> float:
     """Computes a hold's information about materials, [nat].
 
-    ``covariance`` is that of the mean densities, (M, M); ``common`` selects its columns, and None all of them.
+    ``covariance`` belongs to the mean densities, (M, M). ``common`` selects its columns; None selects all.
     """
     rho = hold.densities.mean(axis=0)
     regressor = static.Y @ hold.geometry.Phi
@@ -258,7 +285,10 @@ def compute_information(
 
 
 def _expand(percept: Array) -> Array:
-    """Computes products of up to three variables of percepts, (S, r); returns (S, number of products)."""
+    """Computes products of up to three percept variables, (S, r).
+
+    Returns (S, number of products).
+    """
     centred = percept - percept.mean(axis=0)
     t = np.tanh(centred / np.maximum(percept.std(axis=0), np.finfo(float).tiny) / _TAIL)
     columns = [np.ones(len(t))]
@@ -271,7 +301,10 @@ def _expand(percept: Array) -> Array:
 
 
 def _orthonormalise(columns: Array) -> Array:
-    """Computes an orthonormal basis, (S, r), of the span of columns, (S, p), whose rank is r."""
+    """Computes an orthonormal basis, (S, r), of the span of columns, (S, p).
+
+    The rank is r.
+    """
     lengths = np.linalg.norm(columns, axis=0)
     Q, R = np.linalg.qr(columns / np.maximum(lengths, np.finfo(float).tiny))
     u, s, _ = np.linalg.svd(R)

@@ -1,4 +1,4 @@
-"""Beliefs about materials before anything is held: handbook densities of materials with a name, and weighings."""
+"""Beliefs about materials before any hold, from handbook densities and weighings."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -23,7 +23,10 @@ _CERTAIN_SD = 1e-3
 
 
 class NamedBelief(NamedTuple):
-    """Belief about the materials of tools, and the names of these materials by source, in the tools' order."""
+    """Belief about the materials of tools, with names by source.
+
+    Names are in the order of the tools.
+    """
 
     memory: MaterialMemory
     known: tuple[str, ...]  # materials with their handbook density
@@ -32,7 +35,7 @@ class NamedBelief(NamedTuple):
     deviation: float  # spread of an object's density about its material's, which is added, as a fraction
 
     def list_sources(self) -> dict[str, Any]:
-        """Lists the names by source, and the added spread, as in the content of advice."""
+        """Lists names by source, and the added spread, as in the content of advice."""
         names = {"known": list(self.known), "learned": list(self.learned), "unknown": list(self.unknown)}
         return {**names, "deviation": self.deviation}
 
@@ -44,7 +47,7 @@ def know_by_name(
     prior: Prior,
     names: Collection[str] | None = None,
 ) -> NamedBelief:
-    """Adds the handbook densities of the tools' materials to a memory, in place of the prior.
+    """Replaces the prior of the tools' materials by handbook densities.
 
     A part's material is the one that the part looks like, if that has a name among the materials, and otherwise the
     one in the part's entry. Its density has the handbook's mean and spread; what the memory has learned about its
@@ -81,7 +84,7 @@ def know_by_name(
 
 
 def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Material]], prior: Prior) -> MaterialMemory:
-    """Replaces the prior of known colours by their materials' handbook densities; keeps all evidence."""
+    """Replaces the prior of known colours by handbook densities, and keeps all evidence."""
     by_column: dict[int, list[Material]] = {}
     for colour, material in known:
         column = find_colour_index(memory.colours, colour)
@@ -100,7 +103,10 @@ def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Materia
 
 
 def learn_weighings(memory: MaterialMemory, objects: Mapping[str, Option], prior: Prior) -> MaterialMemory:
-    """Learns from the weighings of objects as from holding them; each object is given by one of its options."""
+    """Learns from weighings of objects as from holds.
+
+    Each object is given by one of its options.
+    """
     for option in objects.values():
         if option.weighings:
             recollection = memory.recall([part.appearance for part in option.features], prior)

@@ -1,4 +1,4 @@
-"""Advises what to hold next before tools are chosen, what it is worth, and when to stop."""
+"""Advises which object to hold next before a choice of tools, and when to stop."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -36,7 +36,7 @@ SETTLED = 0.95
 
 
 class RankedHold(NamedTuple):
-    """Object that may be held, and the worth of holding it.
+    """Possible hold of an object, and its worth.
 
     Attributes:
         name: Name of the object.
@@ -92,7 +92,7 @@ class OpenDecision(NamedTuple):
 
     @property
     def is_possible(self) -> bool:
-        """True unless no option can do the task with a probability of ``SETTLED`` or more."""
+        """True unless no option can do the task with probability ``SETTLED`` or more."""
         return self.p_possible > 1.0 - SETTLED
 
     @property
@@ -151,12 +151,15 @@ class HoldAdvice(NamedTuple):
 
     @property
     def next_name(self) -> str:
-        """Name of the object to hold next, also after a stop: a check, the first of a pair, or the one worth most."""
+        """Name of the object to hold next, even after a stop.
+
+        It is a check, the first of a pair, or the object of most worth.
+        """
         return self.check or (self.pair[0] if self.pair else self.ranked[0].name)
 
     @property
     def rests_on(self) -> tuple[str, ...]:
-        """Names of all objects without any one of which some settled choice would be open."""
+        """Names of all objects on which some settled choice depends."""
         return tuple(dict.fromkeys(name for each in self.decisions for name in each.rests_on))
 
 
@@ -172,7 +175,7 @@ _SAMPLES = Whole(100, 100_000)
 
 
 class Question(NamedTuple):
-    """Task that will be done, and its options."""
+    """Future task with its options."""
 
     name: str
     choice: Choice
@@ -192,11 +195,11 @@ def advise_hold(
     num_samples: int = 4000,
     seed: int = 0,
 ) -> HoldAdvice:
-    """Advises what to hold next, so that the right options are chosen.
+    """Advises which object to hold next, so that the right options are chosen.
 
     Every candidate is held still in the arm's home posture, with its first grip or, without grips, as it is drawn. A
     candidate that is also an option has the features of that option. All candidates share samples and random numbers,
-    so that they differ only by the objects. An object that the arm can hardly hold has no worth.
+    so only the objects differ. An object that the arm can hardly hold has no worth.
 
     Args:
         candidates: Objects that may be held, at least one.
@@ -279,7 +282,10 @@ def advise_hold(
 def _rank(
     candidates: Sequence[Tool], samples: HoldSamples, decisions: Sequence[Decision], settings: Settings, seed: int
 ) -> tuple[tuple[RankedHold, ...], Outlook]:
-    """Ranks objects by the worth of holding each one, and prepares the samples for planning further ahead."""
+    """Ranks objects by the worth of holding them.
+
+    Also prepares the samples for planning further ahead.
+    """
     arm, noise = load_arm(settings.arm), settings.noise
     static, priced = StaticHold(arm), PricedDecisions(decisions)
     sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))
@@ -326,7 +332,10 @@ def _find_supports(
     bounds: GripBounds | None,
     chosen: Sequence[OpenDecision],
 ) -> list[list[Suspicion]]:
-    """Finds the objects on which each settled choice depends: without any one of them it would be open."""
+    """Finds the objects on which each settled choice depends.
+
+    Without any of these objects, the choice would be open.
+    """
     supports: list[list[Suspicion]] = [[] for _ in questions]
     for suspicion in samples.suspicions:
         samples.draw(_NUM_DOUBTED, suspicion)

@@ -1,4 +1,4 @@
-"""Loads of a task with a payload of known mass in place of a tool, and the torque margin of each joint."""
+"""Loads of a task with a point mass instead of a tool, and each joint's torque margin."""
 
 from typing import Any
 
@@ -18,7 +18,9 @@ _POINT = 1e-3
 
 
 def measure_payload(task: TaskCostModel, mass: float, p_HQ: Array, settings: Settings) -> dict[str, Any]:
-    """Computes the loads of a task with a point mass, [kg], at a position in the hand's frame, (3,), [m].
+    """Computes the loads of a task with a point mass in the hand.
+
+    The mass is in [kg], its position in the hand's frame (3,), [m].
 
     Returns: The largest torque of each joint, its limit, and what is left of it (negative if it is exceeded), [N m],
         NaN for a joint without a limit; and the largest force, [N], and moment, [N m], at the grip.

@@ -1,4 +1,7 @@
-"""Checks of an arm's links and joints: one message reports all faults and the options that fix them."""
+"""Checks an arm's links and joints.
+
+One message reports all faults, with options that fix them.
+"""
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -29,7 +32,7 @@ class _Fault(NamedTuple):
 
 
 class JointLimits(NamedTuple):
-    """Limits of a joint: the user's where given, otherwise the file's."""
+    """Limits of a joint, from the user or else from the file."""
 
     effort: float | None  # torque limit, [N m]; None if there is none
     velocity: float  # [rad/s]
@@ -44,7 +47,9 @@ def find_limits(
     *,
     has_damping: bool,
 ) -> JointLimits:
-    """Combines a joint's limits from the file with the user's, which take precedence.
+    """Combines the user's limits of a joint with the file's.
+
+    The user's take precedence.
 
     ``given`` maps the kind of limit to values by joint name; the empty name applies to every joint.
     """
@@ -74,11 +79,13 @@ def check_arm(
     mends: bool = False,
     carries: bool = False,
 ) -> tuple[str, ...]:
-    """Checks the moving links of an arm, and its joints if limits are given; returns names of corrected links.
+    """Checks the moving links of an arm, and its joints if limits are given.
 
-    A negligible inertia that no solid can have is replaced by the nearest possible one; with ``mends``, any such
-    inertia is, unless its mass is negative. With ``carries``, links whose weight the simulator compensates (gravcomp)
-    are accepted. All other faults raise a single BadValueError.
+    Returns the names of corrected links.
+
+    A negligible impossible inertia is replaced by the nearest possible one. With ``mends``, this applies to any
+    impossible inertia without a negative mass. With ``carries``, links whose weight the simulator compensates
+    (gravcomp) are accepted. All other faults raise a single BadValueError.
     """
     bodies = [body for group in groups for body in group]
     heavy = [body for body in bodies if tree.key(body) in tree.description.mended]
@@ -97,7 +104,7 @@ def check_arm(
 
 
 def _matters(tree: RobotTree, chain: Chain, context: Context, bodies: Sequence[RigidBody], body: RigidBody) -> bool:
-    """Returns True if an impossible inertia of one link is too large a part of the arm's to be negligible."""
+    """Returns True if a link's impossible inertia is not negligible in the arm."""
     written = tree.description.mended[tree.key(body)][1]
     solid = [each.index() for each in bodies if each.default_mass() > 0.0]
     if not solid:
@@ -157,7 +164,10 @@ def _list_joint_faults(
 
 
 def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> str:
-    """Suggests options that supply missing limits; ``lacking`` are the joints' places on the chain."""
+    """Suggests options that supply missing limits.
+
+    ``lacking`` are the joints' places on the chain.
+    """
     names = [f"{chain.joints[k].name()}=VALUE" for k in lacking]
     given = "VALUE" if len(lacking) == len(chain.joints) else " ".join(names)
     ways = f"{option} {given} sets {unit}"
@@ -168,10 +178,10 @@ def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> st
 
 
 def gather(faults: Iterable[tuple[str, str, str, str]]) -> list[tuple[str, str, str]]:
-    """Gathers faults of one kind; problems that differ only in their numbers are of one kind.
+    """Gathers faults whose problems differ only in their numbers.
 
-    Takes and returns kind of element and name, problem, and way out; returns the first element's, with the others'
-    names.
+    A fault has kind of element and name, problem, and remedy. The first fault of each kind is returned with the names
+    of the others.
     """
     kinds: dict[tuple[str, str, str], list[tuple[str, str]]] = {}
     for element, name, problem, way_out in faults:
@@ -187,7 +197,7 @@ def gather(faults: Iterable[tuple[str, str, str, str]]) -> list[tuple[str, str, 
 
 
 def _describe(tree: RobotTree, faults: Sequence[_Fault]) -> BadValueError:
-    """Describes all faults in one message, grouped by kind, each kind with the options that fix it."""
+    """Describes all faults in one message, grouped by kind, with options that fix them."""
     found = gather((fault.element, fault.name, fault.problem, fault.way_out) for fault in faults)
     parts = [(where, f"{problem}{f'; {way_out}' if way_out else ''}") for where, problem, way_out in found]
     (where, first), *others = parts

@@ -56,7 +56,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
 
 
 def write_directives(arm: ReducedArm, home: Array) -> str:
-    """Formats directives that load the arm in its home posture, [rad], and weld its base to the world."""
+    """Formats directives that load the arm at home, [rad], with a fixed base."""
     pairs = zip(arm.joint_names, home.tolist(), strict=True)
     angles = "\n".join(f"        {json.dumps(name, ensure_ascii=False)}: [{angle!r}]" for name, angle in pairs)
     (x, y, z), rpy = describe_pose(arm.X_WB)
@@ -78,17 +78,20 @@ def write_directives(arm: ReducedArm, home: Array) -> str:
 
 
 def name_base(arm: ReducedArm) -> str:
-    """Returns a name for the written base that no joint has, because names in an SDF must be unique."""
+    """Returns a name for the written base that no joint has.
+
+    Names in an SDF must be unique.
+    """
     return _find_unused(BASE, arm.joint_names)
 
 
 def name_tip(arm: ReducedArm) -> str:
-    """Returns a name for the written tip frame: the file's, or a variant of it if a joint has that name."""
+    """Returns a name for the written tip frame: the file's name, or a variant without clashes."""
     return _find_unused(arm.options.tip, arm.joint_names)
 
 
 def name_links(arm: ReducedArm) -> list[str]:
-    """Lists the names of the written links: the file's, changed where they clash with another name."""
+    """Lists the names of the written links: the file's names, changed only after clashes."""
     taken = [*RESERVED, name_base(arm), *arm.joint_names]
     if not arm.X_LT.IsExactlyIdentity():
         taken.append(name_tip(arm))
@@ -105,9 +108,11 @@ def _find_unused(name: str, taken: Sequence[str]) -> str:
 
 
 def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidTransform:
-    """Turns the base pose about the vertical so that the hand, with axes R_WH, points along Wx.
+    """Turns the base about the vertical so that the hand points along Wx.
 
-    ``height`` above the world's origin, [m]; None keeps the file's.
+    The hand's axes are R_WH.
+
+    ``height`` is above the world's origin, [m]; None keeps the file's height.
     """
     yaw = float(np.arctan2(R_WH[1, 0], R_WH[0, 0]))
     R_WB = X_WB.rotation()

@@ -1,6 +1,7 @@
-"""Finds the joints of an arm, from its tip up to its base, and the ends of limbs, each of which can be a tip.
+"""Finds the joints of an arm from its tip to its base, and the ends of limbs.
 
-A limb is a series of joints up to the next branch; fingers are limbs at the end of another limb.
+A limb is a series of joints up to the next branch. Its end can be a tip. Fingers are limbs at the end of another
+limb.
 """
 
 import difflib
@@ -121,7 +122,7 @@ def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
 
 
 def list_limbs(tree: RobotTree) -> list[dict[str, int]]:
-    """Lists each limb's ends with the number of arm joints up to each, longest limbs first.
+    """Lists the ends of each limb with their numbers of arm joints, longest limbs first.
 
     Ends are links without a child link, and named frames. Links come before their sites. A hand is listed by its own
     link, not by its fingers.
@@ -152,13 +153,13 @@ def list_limbs(tree: RobotTree) -> list[dict[str, int]]:
 
 
 def list_ends(tree: RobotTree) -> dict[str, int]:
-    """Lists the first end of each limb, with the number of arm joints up to it; see ``list_limbs``."""
+    """Lists the first end of each limb with its number of arm joints; see ``list_limbs``."""
     ends = {name: count for limb in list_limbs(tree) for name, count in list(limb.items())[:_OF_A_LIMB]}
     return dict(sorted(ends.items(), key=lambda item: -item[1]))
 
 
 def choose_tip(tree: RobotTree) -> tuple[str, str]:
-    """Chooses the tip of the longest limb: a tool frame, otherwise the hand.
+    """Chooses the tip of the longest limb, preferably a tool frame, else the hand.
 
     Returns: Name of the tip, and a sentence that describes it and names the other ends. Both are empty if several
         limbs are the longest.
@@ -186,7 +187,7 @@ def choose_tip(tree: RobotTree) -> tuple[str, str]:
 
 
 def _is_on_hand(tree: RobotTree, name: str) -> bool:
-    """Returns True if a frame is fixed to a link that carries fingers, and is not the link's own."""
+    """Returns True if a frame other than the link's own is fixed to a hand with fingers."""
     frame = next(frame for frame in tree.list_frames() if frame.name() == name)
     carriers = [] if frame.is_body_frame() else [frame.body()]
     for joint in tree.climb(frame.body()):
@@ -197,7 +198,10 @@ def _is_on_hand(tree: RobotTree, name: str) -> bool:
 
 
 def _is_jaw(tree: RobotTree, joint: Joint) -> bool:
-    """Returns True if a joint moves a gripper's jaw, judged by names or, for the last joint, by its limits."""
+    """Returns True if a joint moves a gripper's jaw.
+
+    This follows from names or, for the last joint, from its limits.
+    """
     if not joint.num_velocities() or _TURNS.search(joint.name()):
         return False
     if _JAW.search(joint.child_body().name()):
@@ -206,7 +210,7 @@ def _is_jaw(tree: RobotTree, joint: Joint) -> bool:
 
 
 def _closes(tree: RobotTree, joint: Joint) -> bool:
-    """Returns True if a joint turns from closed to one side only, and is much weaker than the joint above it."""
+    """Returns True if a joint opens to one side only, and is much weaker than the joint above."""
     above = next((each for each in tree.climb(joint.parent_body()) if each.num_velocities()), None)
     if above is None or not isinstance(joint, RevoluteJoint):
         return False
@@ -217,13 +221,16 @@ def _closes(tree: RobotTree, joint: Joint) -> bool:
 
 
 def _rank_tool_frame(name: str) -> tuple[int, int]:
-    """Ranks names of tool frames: a tool centre point comes before the flange that carries the gripper."""
+    """Ranks names of tool frames.
+
+    A tool centre point comes before the flange that carries the gripper.
+    """
     words = [k for k, word in enumerate(_TOOL_WORDS) if re.search(word, name, re.IGNORECASE)]
     return min(words, default=len(_TOOL_WORDS)), len(name)
 
 
 def describe_ends(tree: RobotTree, near: str = "") -> str:
-    """Describes the ends of limbs, or only those with names close to ``near``."""
+    """Describes the ends of limbs, or only those with names similar to ``near``."""
     ends = list_ends(tree)
     named = [*ends, *(site for site, link in tree.description.sites.items() if link in ends)]
     close = difflib.get_close_matches(near, named, n=3, cutoff=0.4) if near else []
@@ -238,7 +245,10 @@ def describe_ends(tree: RobotTree, near: str = "") -> str:
 
 
 def _list_sites(tree: RobotTree, link: str) -> str:
-    """Lists the first sites of a link, which can also be tips; empty if it has none."""
+    """Lists the first sites of a link, which can also be tips.
+
+    Empty if it has none.
+    """
     sites = [site for site, carrier in tree.description.sites.items() if carrier == link]
     if not sites:
         return ""
@@ -247,14 +257,14 @@ def _list_sites(tree: RobotTree, link: str) -> str:
 
 
 def _suggest_frames(tree: RobotTree, name: str) -> str:
-    """Lists links and frames with similar names, or the first few if none is similar."""
+    """Lists links and frames with similar names, or else the first few."""
     names = [str(frame.name()) for frame in tree.list_frames()]
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.4)
     return f"nearest: {', '.join(dict.fromkeys(near))}" if near else f"it has {', '.join(names[:_LISTED])}"
 
 
 def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> Chain:
-    """Collects the joints from a tip up to a base, or to the upper end of the limb."""
+    """Collects the joints from a tip to a base, or to the upper end of the limb."""
     joints: list[RevoluteJoint] = []
     body = tip.body()
 
@@ -288,7 +298,7 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
 
 
 def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
-    """Finds the hand whose finger a body belongs to; None if the body is not on a finger.
+    """Finds the hand of a body that is part of a finger. Returns None for other bodies.
 
     A finger is carried by a limb with at least as many joints. It branches off together with other fingers, or at a
     joint at which no arm can branch off, or is a single jaw by its name.
@@ -323,7 +333,10 @@ def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
 
 
 def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
-    """Describes why a joint cannot belong to the arm; empty if it can."""
+    """Describes why a joint cannot belong to the arm.
+
+    Empty if it can.
+    """
     mimic = tree.note(joint).mimic
     if mimic is not None:
         how = f"follows {mimic.leader} (mimic)" if mimic.leader else "is fixed by an equality"
@@ -334,18 +347,21 @@ def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
 
 
 def _describe_above(joint: Joint, problem: str) -> str:
-    """Describes how a joint above the arm moves, which makes it unsuitable for an arm."""
+    """Describes the motion of a joint above the arm that makes it unsuitable."""
     how = _MOVES.get(joint.type_name(), problem.split(",")[0])
     return f"above them {joint.name()} {how}, but an arm may have only revolute joints"
 
 
 def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:
-    """Lists the joints on a body other than those that lead to the joint ``down``."""
+    """Lists the joints on a body except the joint towards ``down``."""
     above = {down.index(), *(joint.index() for joint in tree.climb(down.parent_body()))}
     return [joint for joint in tree.list_children(body) if joint.index() not in above]
 
 
 def _count_in_series(tree: RobotTree, joint: Joint) -> int:
-    """Counts the moving joints on the longest path from a joint to a leaf, the joint included."""
+    """Counts the moving joints on the longest path from a joint to a leaf.
+
+    The joint counts, too.
+    """
     below = [_count_in_series(tree, other) for other in tree.list_children(joint.child_body())]
     return int(joint.num_velocities() > 0) + max(below, default=0)

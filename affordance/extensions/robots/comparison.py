@@ -1,9 +1,9 @@
-"""Comparison of two files of one robot, joint by joint; their formats may differ.
+"""Compares two files of one robot, joint by joint. Their formats may differ.
 
-Frames of links differ between formats, and bases stand elsewhere. So one arm is laid over the other, with all joints
-at zero, from base to tip: each axis of the one is moved onto that of the other, and what its link carries is compared
-there. A difference is thereby named where it is, and not again at every joint beyond it. As an independent check,
-mass matrices and torques of gravity are compared at random postures.
+Link frames and base poses differ between formats. One arm is therefore laid over the other, with all joints at zero,
+from base to tip. Each axis is moved onto the corresponding axis, and the bodies on its link are compared there. A
+difference is thus reported once, at its place, and not again at every joint beyond it. As an independent check, mass
+matrices and torques of gravity are compared at random postures.
 """
 
 import math
@@ -58,7 +58,10 @@ NAMES = {
 
 @dataclass(frozen=True)
 class JointData:
-    """Joint, and everything that moves with its link, in the world with all joints at zero."""
+    """Joint with everything that moves with its link.
+
+    Poses are in the world with all joints at zero.
+    """
 
     joint: str
     place: Array  # a point on the axis, (3,), [m]
@@ -107,12 +110,14 @@ class Comparison(NamedTuple):
 
     @property
     def differs(self) -> bool:
-        """True if a joint differs, or the arms do at random postures."""
+        """True if a joint differs, or the arms differ at random postures."""
         return any(each.differing for each in self.joints) or max(self.mass_matrix, self.gravity) > TOLERANCE
 
 
 def read_joints(path: Path, tip: str = "") -> ArmData:
-    """Reads an arm up to a tip, by default the end of the longest limb; a folder is one that ``import-arm`` wrote.
+    """Reads an arm up to a tip, by default the end of the longest limb.
+
+    A folder must be written by ``import-arm``.
 
     Limits may be missing, and impossible inertias are replaced by the nearest possible ones. Errors are those of
     ``read_arm``.
@@ -162,7 +167,7 @@ def _find_up(folder: Path) -> Array:
 
 
 def _make_model(tree: RobotTree, chain: Chain, context: Context, up: Array) -> Callable[[Array], tuple[Array, Array]]:
-    """Makes the function that computes a chain's mass matrix and torques of gravity."""
+    """Returns a function for a chain's mass matrix and gravity torques."""
     plant, world, wrt = tree.plant, tree.plant.world_frame(), JacobianWrtVariable.kV
     rows, mass = [joint.velocity_start() for joint in chain.joints], plant.CalcTotalMass(context)
 
@@ -176,7 +181,9 @@ def _make_model(tree: RobotTree, chain: Chain, context: Context, up: Array) -> C
 
 
 def compare(one: ArmData, other: ArmData, *, same_tip: bool = False) -> Comparison:
-    """Compares the joints of two arms in order; different numbers of joints raise a BadValueError.
+    """Compares the joints of two arms in order.
+
+    Different numbers of joints raise a BadValueError.
 
     Tips are compared if ``same_tip``, or if their names are the same.
     """
@@ -195,7 +202,10 @@ def compare(one: ArmData, other: ArmData, *, same_tip: bool = False) -> Comparis
 
 
 def _list_stated(one: JointData, other: JointData) -> Iterator[str]:
-    """Lists the names of stated numbers that differ; what a file's format cannot state does not."""
+    """Lists the stated numbers that differ, by name.
+
+    Numbers that a file's format cannot state are left out.
+    """
     for name in STATED:
         a, b = getattr(one, name), getattr(other, name)
         if a is None or b is None or a == b:
@@ -225,9 +235,11 @@ def _list_remarks(one: ArmData, other: ArmData, laid: "_Laid", *, same_tip: bool
 
 
 def _compare_models(one: ArmData, other: ArmData) -> tuple[float, float]:
-    """Computes the largest relative differences of mass matrices and torques of gravity at random postures.
+    """Computes the largest relative differences of mass matrices and gravity torques.
 
-    What a shift of all masses by a tenth of a millimetre can cause at most is rounding.
+    Postures are random.
+
+    Differences that a shift of all masses by a tenth of a millimetre can cause count as rounding.
     """
     postures = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSTURES, len(one.joints)))
     (M, g), (M_other, g_other) = (
@@ -244,7 +256,7 @@ def _compare_models(one: ArmData, other: ArmData) -> tuple[float, float]:
 
 
 class _Laid(NamedTuple):
-    """One arm laid over the other."""
+    """Alignment of one arm with the other."""
 
     apart: list[dict[str, float]]  # distances, by joint and name
     differing: list[list[str]]  # names of those that are no rounding, by joint
@@ -258,11 +270,10 @@ class _Laid(NamedTuple):
 
 
 def _lay_over(one: ArmData, other: ArmData, *, same_tip: bool) -> _Laid:
-    """Lays one arm over the other so that few numbers differ.
+    """Aligns one arm with the other so that few numbers differ.
 
-    Bases may stand elsewhere, so that the arm may be shifted along its first axis, and turned about the vertical. A
-    joint may count from another zero, which is one difference. Where an axis differs, the link may have turned with
-    it or not.
+    Bases may differ, so the arm may be shifted along its first axis and turned about the vertical. Another zero of a
+    joint is one difference. Where an axis differs, the link may have turned with it or not.
     """
     steps, unturned = [0.0] * (1 + len(one.joints)), frozenset[int]()
     laid, before = _lay(one, other, steps, unturned, same_tip=same_tip), math.inf
@@ -279,7 +290,9 @@ def _lay_over(one: ArmData, other: ArmData, *, same_tip: bool) -> _Laid:
 
 
 def _lay(one: ArmData, other: ArmData, steps: Sequence[float], unturned: frozenset[int], *, same_tip: bool) -> _Laid:
-    """Lays one arm over the other with a shift along the first axis, [m], and a turn about each axis, [rad].
+    """Aligns one arm with the other for a given shift and given turns.
+
+    The shift is along the first axis, [m], the turns about each axis, [rad].
 
     Links that are ``unturned`` are not turned from one axis to the other.
     """
@@ -335,7 +348,7 @@ def _lay(one: ArmData, other: ArmData, steps: Sequence[float], unturned: frozens
 
 
 def _list_shifts(R: Array, t: Array, one: Sequence[JointData], other: Sequence[JointData]) -> Iterator[float]:
-    """Lists shifts along the first axis that let the second axis, or the centre of mass, agree."""
+    """Lists shifts along the first axis that align the second axis or the centre of mass."""
     (a, a_next), (b, b_next) = one, other
     heights = []
     for first, second in ((a, a_next), (b, b_next)):
@@ -355,7 +368,7 @@ def _list_shifts(R: Array, t: Array, one: Sequence[JointData], other: Sequence[J
 def _list_spins(
     R: Array, t: Array, axis: Array, pair: tuple[JointData, JointData], following: tuple[JointData, JointData] | None
 ) -> Iterator[float]:
-    """Lists turns about an axis that let what the joint carries agree: the next axis, or the centre of mass."""
+    """Lists turns about an axis that align the next axis or the centre of mass."""
     a, b = pair
     arrows = []
     if following is not None:
@@ -372,13 +385,13 @@ def _list_spins(
 
 
 def _cross_out(axis: Array, arrow: Array) -> Array:
-    """Returns the part of an arrow that is perpendicular to an axis of length one."""
+    """Returns the part of a vector perpendicular to a unit axis."""
     flat: Array = arrow - axis * (axis @ arrow)
     return flat
 
 
 def _find_angle(axis: Array, arrow: Array, onto: Array) -> float:
-    """Returns the angle about an axis by which an arrow perpendicular to it must turn."""
+    """Returns the angle about an axis between two perpendicular vectors."""
     return math.atan2(float(axis @ np.cross(arrow, onto)), float(arrow @ onto))
 
 
@@ -388,7 +401,7 @@ def _turn_about(axis: Array, angle: float) -> Array:
 
 
 def _turn_least(arrow: Array, onto: Array) -> Array:
-    """Computes the smallest rotation that turns one arrow onto another."""
+    """Computes the smallest rotation from one vector to another."""
     across = np.cross(arrow, onto)
     sine, cosine = float(np.linalg.norm(across)), float(arrow @ onto)
     if sine < 1e-12 and cosine > 0.0:

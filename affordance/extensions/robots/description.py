@@ -1,4 +1,7 @@
-"""Contents of a robot's file that Drake does not keep, in one form for all file formats."""
+"""Contents of a robot's file in one form for all formats.
+
+Drake does not keep them.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -38,7 +41,7 @@ def build_pose(place: Sequence[float], rpy: Sequence[float]) -> Array:
 
 
 class Mimic(NamedTuple):
-    """Coupling of a joint to another: q = multiplier q_leader + offset, plus higher powers of q_leader."""
+    """Coupling of a joint to another: q = multiplier q_leader + offset, plus higher powers."""
 
     leader: str  # name of the joint that is followed; empty if the joint is fixed at the offset
     multiplier: float
@@ -52,7 +55,9 @@ class Mimic(NamedTuple):
 
 
 class JointNotes(NamedTuple):
-    """Data of a joint that Drake does not keep; it keeps axis, range, velocity limit and damping.
+    """Data of a joint that Drake does not keep.
+
+    Drake keeps axis, range, velocity limit and damping.
 
     Impossible velocity limits, dampings and rotor inertias are stored only here, because options may replace them.
     """
@@ -74,10 +79,12 @@ def find_joint_fault(
     upper: float | None = None,
     axis: Sequence[float] = (0.0, 0.0, 1.0),
 ) -> str:
-    """Describes an impossible range or axis of a joint; empty if both are valid.
+    """Describes an impossible range or axis of a joint.
 
-    Some of these make Drake abort even on joints outside the arm. Readers therefore remove them from the text that
-    Drake parses, and they are errors only on joints of the arm.
+    Empty if both are valid.
+
+    Some faults make Drake abort even on joints outside the arm. Readers therefore remove them from the text that
+    Drake parses, and report them only for joints of the arm.
     """
     if lower is not None and upper is not None and lower > upper:
         return f"has position limits from {lower:g} to {upper:g} rad, must be a range"
@@ -96,7 +103,10 @@ class Inertial(NamedTuple):
     in_link: bool = True  # True if place and axes refer to the link's own frame, False if to another frame
 
     def find_fault(self) -> str:
-        """Describes why no solid can have this inertia; empty if Drake's check accepts it."""
+        """Describes why no solid can have this inertia.
+
+        Empty if Drake's check accepts it.
+        """
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
         if self.mass < 0.0 or (self.mass == 0.0 and any(self.moments)):
             return f"has a mass of {self.mass:g} kg with moments of inertia, must have more than 0"
@@ -117,7 +127,9 @@ class Inertial(NamedTuple):
         return ""
 
     def find_nearest(self) -> "Inertial":
-        """Finds the closest inertia that a solid can have: least squares in moments and products of inertia.
+        """Finds the closest physically possible inertia.
+
+        Distance is least squares in moments and products of inertia.
 
         The second moments of a solid of density rho, S = integral of rho x x', are positive semidefinite, and its
         moments of inertia are I = tr(S) 1 - S. I and S share principal axes. In these,
@@ -178,13 +190,19 @@ class Description:
     sources: tuple[Path, ...] = ()  # files that the file includes
 
     def add_visuals(self, link: str, shapes: Sequence[Visual | None]) -> None:
-        """Adds the shapes of a link; None stands for a shape that is not imported."""
+        """Adds the shapes of a link.
+
+        None is a shape that is not imported.
+        """
         self.visuals[link] = tuple(shape for shape in shapes if shape is not None)
         if None in shapes:
             self.undrawn.add(link)
 
     def add_inertial(self, link: str, inertial: Inertial) -> Inertial | None:
-        """Adds the inertia of a link; returns the nearest possible one if it is impossible, otherwise None."""
+        """Adds the inertia of a link.
+
+        Returns the nearest possible inertia if it is impossible, otherwise None.
+        """
         self.inertials[link] = inertial
         fault = inertial.find_fault()
         if not fault:
@@ -194,12 +212,15 @@ class Description:
         return self.inertials[link]
 
     def remark(self, element: str, remark: str) -> None:
-        """Adds a remark about a link or joint, which is named by its key in the file."""
+        """Adds a remark about a link or joint, named by its key in the file."""
         self.remarks_of.setdefault(element, []).append(remark)
 
 
 def remark_missing(robot: Description, link: str, inertial: Element) -> None:
-    """Adds remarks on an inertial without mass or moments, with the defaults of the file's format."""
+    """Adds remarks on an inertial without mass or moments.
+
+    The remarks give the defaults of the file's format.
+    """
     mass, moments = _DEFAULTS[robot.kind]
     if inertial.find("mass") is None:
         robot.remark(f"link {link}", f"has an <inertial> without <mass>; {robot.kind.upper()}'s default is {mass}")
@@ -211,10 +232,13 @@ def remark_missing(robot: Description, link: str, inertial: Element) -> None:
 
 
 def remark_couplings(robot: Description) -> None:
-    """Adds remarks on joints that follow a joint that does not exist, or follow each other in a cycle."""
+    """Adds remarks on joints that follow a missing joint, or each other in a cycle."""
 
     def find_leader(name: str) -> str:
-        """Returns the joint that a joint follows, in an SDF within the same model; empty if there is none."""
+        """Returns the joint that a joint follows.
+
+        In an SDF it is in the same model. Empty if there is none.
+        """
         mimic = robot.joints[name].mimic if name in robot.joints else None
         model, colons, _ = name.rpartition("::")
         return f"{model}{colons}{mimic.leader}" if mimic is not None and mimic.leader else ""
@@ -234,7 +258,9 @@ def remark_couplings(robot: Description) -> None:
 
 
 def read_gravity(robot: Description, gravity: Sequence[float]) -> None:
-    """Sets the up axis from a file's gravity, [m/s^2]; adds a remark if this is not the earth's.
+    """Sets the up axis from a file's gravity, [m/s^2].
+
+    Gravity other than the earth's leads to a remark.
 
     Gravity that is not along an axis raises a BadValueError.
     """

@@ -1,8 +1,8 @@
-"""Adapts path, blow and objects to an arm by trying easier variants in a fixed order; reports every change.
+"""Adapts path, blow and objects to an arm with easier variants, and reports every change.
 
-The path is tried unchanged, mirrored, slower and finally smaller. The blow is tried unchanged, slower and less deep.
-Objects are scaled only if the arm cannot hold them. Variants are planned as in the experiments, with true densities;
-feasible plans are then simulated by functions that the caller passes.
+Variants have a fixed order. The path is tried unchanged, mirrored, slower and finally smaller. The blow is tried
+unchanged, slower and less deep. Objects are scaled only if the arm cannot hold them. Variants are planned as in the
+experiments, with true densities; feasible plans are then simulated by functions that the caller passes.
 """
 
 import math
@@ -51,7 +51,10 @@ _STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
 
 
 class Change(NamedTuple):
-    """Change of a value in a task file, and its reason; a new value of None removes the key."""
+    """Change of a value in a task file, with its reason.
+
+    A new value of None removes the key.
+    """
 
     file: str
     key: str
@@ -75,7 +78,9 @@ def show(value: Any) -> str:
 
 
 def apply_changes(models: Path, changes: Sequence[Change]) -> None:
-    """Writes changes into the files of a model folder, each with a comment at the top of its file.
+    """Writes changes into the files of a model folder.
+
+    Each has a comment at the top of its file.
 
     Keys are paths such as ``blow.duration``, or SIZE_OF_TOOLS.
     """
@@ -95,7 +100,10 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
 
 
 def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
-    """Changes the value at a path of keys; ``*`` selects all values, and absent keys are ignored."""
+    """Changes the value at a path of keys.
+
+    ``*`` selects all values, and absent keys are ignored.
+    """
     first, rest = keys[0], keys[1:]
     if first == "*":
         for entry in content.values() if isinstance(content, dict) else content:
@@ -117,7 +125,7 @@ def _scale(factor: float, value: Any) -> Any:
 
 
 class Fitted(NamedTuple):
-    """Changes that adapt the tasks to an arm, and the reasons why tasks are infeasible, by name of the task."""
+    """Changes that adapt tasks to an arm, and reasons why tasks are infeasible, by task name."""
 
     changes: tuple[Change, ...]
     lacks: dict[str, str]
@@ -129,7 +137,7 @@ type SimulateBlow = Callable[[Tool, Hammer, BlowCost, Settings], str]
 
 
 class TaskFit(NamedTuple):
-    """Changes that make one task feasible (none if it already is), or the reason why it is infeasible."""
+    """Changes that make one task feasible, or the reason why it is infeasible."""
 
     changes: tuple[Change, ...]
     lack: str = ""
@@ -150,7 +158,9 @@ def fit_tasks(
     simulate_blow: SimulateBlow,
     tell: Callable[[str], None] = lambda step: None,
 ) -> Fitted:
-    """Adapts the tasks of a model folder to its simulated arm; infeasible tasks stay unchanged.
+    """Adapts the tasks of a model folder to its simulated arm.
+
+    Infeasible tasks stay unchanged.
 
     ``tell`` is called with the name of each task before it is adapted.
     """
@@ -174,14 +184,14 @@ def fit_tasks(
 
 
 def list_held(models: Path, files: Sequence[str] = _HELD) -> list[Tool]:
-    """Lists all objects as held; novel objects once for each grip."""
+    """Lists all objects as held. Novel objects appear once for each grip."""
     materials = load_materials(models / "materials.yaml")
     tools = [tool for file in files for tool in load_tools(models / file, materials)]
     return [held for tool in tools for held in ([tool.gripped_by(grip) for grip in tool.grips] or [tool])]
 
 
 def measure_holding(models: Path, factor: float = 1.0) -> Holding:
-    """Finds the object, scaled by a factor, that loads the arm most in its home posture."""
+    """Finds the scaled object that loads the arm most in its home posture."""
     arm = load_arm(models / ARM.name)
     static = StaticHold(arm)
     empty = arm.limits.compute_loads(static.tau_arm)
@@ -216,7 +226,7 @@ def fit_objects(models: Path) -> TaskFit:
 
 
 def fit_path(models: Path, simulate: SimulatePath) -> TaskFit:
-    """Finds a path that the arm can follow with every novel object, held by each of its grips."""
+    """Finds a path that the arm can follow with every novel object in every grip."""
     settings, asked = Settings(arm=models / ARM.name), load_path(models / PATH)
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
@@ -224,7 +234,7 @@ def fit_path(models: Path, simulate: SimulatePath) -> TaskFit:
 
 
 def fit_carry(models: Path) -> TaskFit:
-    """Finds a path along which the arm can carry every novel object by each of its grips, by planning only."""
+    """Finds a path for carrying every novel object in every grip, by planning only."""
     settings, asked = Settings(arm=models / ARM.name), load_task(models, "carry")
     assert isinstance(asked, Carry)
     model = ArmModel(load_arm(settings.arm))
@@ -242,7 +252,7 @@ def fit_carry(models: Path) -> TaskFit:
 def _fit_easier(
     file: str, asked: TimedPath, paces: Sequence[float], find_lack: Callable[[TimedPath], str]
 ) -> TaskFit:
-    """Finds the first feasible path among the given one and ever easier ones."""
+    """Finds the first feasible path among the given path and ever easier ones."""
     first_lack = ""
     for path, why in asked.list_easier(paces, _SIZES):
         lack = find_lack(path)
@@ -254,7 +264,10 @@ def _fit_easier(
 
 
 def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[Tool], settings: Settings) -> str:
-    """Describes why some tool cannot be carried; empty if all can. All are carried along the same motion."""
+    """Describes why some tool cannot be carried.
+
+    Empty if all can. All are carried along the same motion.
+    """
     try:
         cost = task.build_cost(model, tools[0].components, settings)
     except AffordanceError as error:
@@ -265,7 +278,9 @@ def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[
 def _find_lack(
     model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings, simulate: SimulatePath
 ) -> str:
-    """Describes why a path cannot be followed with some tool; empty if it can be with all.
+    """Describes why a path cannot be followed with some tool.
+
+    Empty if it can be followed with all.
 
     The tool that fails moves to the front of the list, because it probably fails on the next path too.
     """
@@ -336,7 +351,7 @@ def fit_blow(models: Path, simulate: SimulateBlow) -> TaskFit:
 
 
 class _PlannedBlow(NamedTuple):
-    """Blow of one duration, planned to the greatest depth that all tools can reach."""
+    """Planned blow of one duration, to the greatest depth that all tools can reach."""
 
     task: Hammer
     depth: float  # [m]
@@ -352,7 +367,9 @@ def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator
 
 
 def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> _PlannedBlow:
-    """Plans blows of one duration with every tool; stops at a tool whose depth is at most ``least``, [m].
+    """Plans blows of one duration with every tool.
+
+    Planning stops at a tool whose depth is at most ``least``, [m].
 
     The tool that reaches the least depth moves to the front of the list, because it probably does so again.
     """
@@ -373,7 +390,7 @@ def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: f
 
 
 def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, simulate: SimulateBlow) -> str:
-    """Simulates a blow with every tool; returns the first fault, or an empty text.
+    """Simulates a blow with every tool. Returns the first fault, or an empty text.
 
     The tool that fails moves to the front of the list, because it probably fails in the next blow too.
     """
@@ -390,7 +407,10 @@ def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, s
 
 
 def _bound_depth(cost: BlowCost, tool: Tool) -> float:
-    """Computes the planned depth, [m]: the required one, or else the greatest feasible, rounded down to 0.1 mm."""
+    """Computes the planned depth, [m], rounded down to 0.1 mm.
+
+    It is the required depth, or else the greatest feasible depth.
+    """
     nail = cost.nail
     if cost.infeasible_reason:
         return nail.depth_set

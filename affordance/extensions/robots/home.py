@@ -1,4 +1,6 @@
-"""Home posture: hand level, pointing away from the shoulder, far from singularities and limits.
+"""Finds a home posture with the hand level, pointing away from the shoulder.
+
+It is far from singularities and limits.
 
 The arm reaches out to 90 % of its length, or less if it could not support objects there. The direction of reach is
 free, because the base is turned afterwards. Frames: H the hand, S the shoulder, at the second joint.
@@ -65,7 +67,10 @@ class HomePosture(NamedTuple):
 
 
 def plant_arm(arm: ReducedArm) -> Arm:
-    """Builds the plant of an extracted arm as it will be written; Drake raises a RuntimeError for bad numbers."""
+    """Builds the plant of an extracted arm as it will be written.
+
+    Bad numbers raise Drake's RuntimeError.
+    """
     plant = MultibodyPlant(0.0)
     parser = Parser(plant)
     parser.SetStrictParsing()
@@ -80,20 +85,28 @@ def plant_arm(arm: ReducedArm) -> Arm:
 
 
 def get_shoulder(arm: Arm) -> Frame:
-    """Returns the shoulder frame, at the second joint or, if there is only one, at that."""
+    """Returns the shoulder frame at the second joint.
+
+    An arm with a single joint has it at that joint.
+    """
     shoulder: Frame = arm.plant.GetJointByName(arm.joint_names[:2][-1]).frame_on_parent()
     return shoulder
 
 
 def compute_static_torques(model: ArmModel, q: Array, mass: float, distance: float = TEST_DISTANCE) -> Array:
-    """Computes static torques, (num_joints,), [N m], with a mass, [kg], at a distance, [m], from the hand."""
+    """Computes static torques with a payload, (num_joints,), [N m].
+
+    Its mass, [kg], is at a distance, [m], from the hand.
+    """
     model.set_posture(q)
     J = model.compute_point_jacobian(np.array([distance, 0.0, 0.0]))
     return model.compute_inverse_dynamics(np.zeros(len(q))) - J.T @ (mass * model.gravity)
 
 
 def _compute_payload(model: ArmModel, q: Array, own: Array, distance: float) -> tuple[float, str]:
-    """Computes the largest mass that an arm can hold at rest at a distance, [m], from the hand.
+    """Computes the largest mass that an arm can hold at rest, [kg].
+
+    The mass is at a distance, [m], from the hand.
 
     ``own`` are the torques for the arm's own weight, [N m].
 
@@ -107,15 +120,17 @@ def _compute_payload(model: ArmModel, q: Array, own: Array, distance: float) -> 
 
 
 def compute_tilt(R_WH: Array) -> float:
-    """Computes the angle between the hand's z and up, [rad]; R_WH, (3, 3), are the hand's axes."""
+    """Computes the angle between the hand's z and up, [rad].
+
+    The hand's axes are R_WH, (3, 3).
+    """
     return float(np.arccos(np.clip(R_WH[2, 2], -1.0, 1.0)))
 
 
 def find_home(model: ArmModel, given: Mapping[str, float], *, is_rolled: bool = False) -> HomePosture:
-    """Finds the home posture; joints in ``given``, [rad], stay fixed.
+    """Finds the home posture. Joints in ``given``, [rad], stay fixed.
 
-    If the hand's roll is known (``is_rolled``), postures with the hand's z up are searched first, and other postures
-    only if there are none.
+    If the hand's roll is known (``is_rolled``), postures with the hand's z up are searched first, then others.
 
     Raises:
         ModelFileError: The arm has no length, or no posture has a level hand that points away from the shoulder.
@@ -187,7 +202,9 @@ def _solve(
     cone: float,
     z_is_up: bool,
 ) -> Array | None:
-    """Solves for the posture closest to mid-range with the hand level, pointing outwards, at a distance.
+    """Solves for a level, outward-pointing posture closest to mid-range.
+
+    The hand is at a given distance.
 
     With ``z_is_up`` the hand's z must also point up. Returns None if the solver finds no such posture.
     """

@@ -1,4 +1,4 @@
-"""Extracts an arm from a robot's file according to the import options; writes no files."""
+"""Extracts an arm from a robot's file with the import options, without writing files."""
 
 import math
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ _NO_ROLL = 1e-9
 
 
 def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
-    """Reads a robot's file and extracts the arm without a home posture; see ``extract_arm``."""
+    """Extracts an arm from a robot's file without a home posture; see ``extract_arm``."""
     for option, axis in (("--out-axis", options.out_axis), ("--up", options.up)):
         if axis is not None and axis not in AXES:
             raise BadValueError(option, "", f"is {axis!r}, must be one of {', '.join(AXES)}")
@@ -50,10 +50,10 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
 
 
 def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePosture]:
-    """Reads a robot's file and extracts its arm, with a home posture.
+    """Extracts an arm from a robot's file, with a home posture.
 
-    The base is turned so that the hand points along Wx at home. Without a roll, the hand is turned about its x so
-    that its z is up at home; with one, the home posture is searched among those with the hand's z up.
+    The base is turned so that the hand points along Wx at home. Without a given roll, the hand is turned about its x
+    so that its z is up at home. With a roll, home postures with the hand's z up are searched.
 
     Raises:
         BadValueError: The file or an option is invalid or incomplete; the message says what and where.
@@ -83,7 +83,9 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
 
 
 def compute_roll(R_WH: Array) -> float:
-    """Computes the angle about the hand's x, [rad], that turns its z up; zero if the hand points up or down.
+    """Computes the angle about the hand's x that turns its z up, [rad].
+
+    It is zero if the hand points up or down.
 
     With c and s the cosine and sine of the angle, the turned z axis is c z - s y. It is highest if (c, s) is parallel
     to the heights of (z, -y).
@@ -126,7 +128,7 @@ def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_ze
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, model: ArmModel) -> None:
-    """Rejects an arm with a joint that moves no inertia."""
+    """Checks that every joint of an arm moves some inertia."""
     model.set_posture(np.linspace(0.1, 1.0, len(arm.links)))
     values, vectors = np.linalg.eigh(model.compute_mass_matrix())
     if not values[0] > _LEAST_EIGENVALUE * values[-1]:

@@ -1,4 +1,7 @@
-"""Imports an arm into a model folder, and caches imports by file, included files and options."""
+"""Imports an arm into a model folder, and caches imports.
+
+The cache key contains file, included files and options.
+"""
 
 import hashlib
 import json
@@ -100,11 +103,11 @@ def import_arm(
 
 
 def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
-    """Returns the cached model folder of an arm; imports the arm if there is none.
+    """Returns the cached model folder of an arm, after importing it if necessary.
 
     The folder's name contains a digest of the file and its includes, the options, the program's own tasks and the
-    importer's code, so the folder always holds what a new import would give. Of meshes, only their names in the file
-    enter the digest. A folder that was changed or damaged since it was imported is set aside, and imported anew.
+    importer's code, so the folder equals a new import. Meshes enter the digest only by name. A folder that was
+    changed or damaged is set aside, and imported again.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     files = [
@@ -129,7 +132,7 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
 
 
 def _digest(folder: Path) -> str:
-    """Computes a digest of all files in a folder, by name, except the one that holds the digest."""
+    """Computes a digest of all files in a folder except the digest file."""
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*")):
         if path.is_file() and path.name != _SEAL:
@@ -139,7 +142,9 @@ def _digest(folder: Path) -> str:
 
 
 def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> Robot:
-    """Opens a robot from a model folder, or from a robot's file, which is imported once and cached.
+    """Opens a robot from a model folder, or from a robot's file.
+
+    A file is imported once and cached.
 
     Args:
         path: Folder that ``import_arm`` wrote, or URDF, SDF or MJCF file; None for the paper's arm.
@@ -210,7 +215,10 @@ def write_folder(
 
 
 def _list_strange_starts(models: Path, arm: ReducedArm) -> Iterator[Change]:
-    """Lists removals of start postures that name joints of other arms; the tasks then start in the home posture."""
+    """Lists removals of start postures that name joints of other arms.
+
+    The tasks then start in the home posture.
+    """
     for file, key in _STARTS:
         value = read_yaml(models / file)
         for part in key.split("."):

@@ -1,4 +1,4 @@
-"""Visual shapes of an arm: the file's simple shapes, its meshes as OBJ, or capsules.
+"""Visual shapes of an arm: simple shapes, meshes as OBJ, or capsules.
 
 Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF. Meshes are therefore converted to OBJ, one per colour. Their
 number of triangles is limited to keep HTML pages with the arm small.
@@ -47,7 +47,10 @@ type _Indices = NDArray[np.intp]
 
 @dataclass
 class Appearance:
-    """Shapes by link of the written arm, mesh texts by file name, and remarks on shapes that are not the file's."""
+    """Shapes by link of the written arm, mesh texts by file name, and remarks.
+
+    Remarks are about shapes that differ from the file.
+    """
 
     visuals: dict[str, list[Visual]] = field(default_factory=dict)
     meshes: dict[str, str] = field(default_factory=dict)
@@ -55,7 +58,7 @@ class Appearance:
 
 
 def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
-    """Chooses the shapes of each link: the file's if available, otherwise capsules."""
+    """Chooses the shapes of each link, from the file if possible, else capsules."""
     description = arm.tree.description
     appearance, path, shapes = Appearance(), description.path, description.visuals
     replaced: list[str] = []
@@ -85,7 +88,7 @@ def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
 
 
 def find_mesh_file(name: str, path: Path) -> Path | None:
-    """Searches for the file of a mesh that a robot's file names; None if it is not found.
+    """Finds the file of a mesh that a robot's file names. Returns None if it is missing.
 
     ``package://`` and ``model://`` names are searched in every folder above the robot's file, with and without the
     package's name; other names only in the file's folder.
@@ -99,7 +102,10 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
 
 
 def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance) -> list[_Part]:
-    """Loads the parts of a mesh with their colours, in the link's frame; adds a remark on failure."""
+    """Loads the parts of a mesh with their colours, in the link's frame.
+
+    A failure leads to a remark.
+    """
     file = find_mesh_file(shape.mesh, path)
     if file is None:
         appearance.remarks.append(f"the mesh {shape.mesh} was not found")
@@ -126,7 +132,7 @@ def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appe
 
 
 def _find_colour(part: Any) -> tuple[float, ...]:
-    """Returns the main colour of a mesh; grey if it has none."""
+    """Returns the main colour of a mesh, or grey."""
     try:
         coloured = part.visual if hasattr(part.visual, "main_color") else part.visual.material
         rgba = np.asarray(coloured.main_color)
@@ -139,7 +145,10 @@ def _find_colour(part: Any) -> tuple[float, ...]:
 
 
 def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list[Visual]:
-    """Formats the meshes of a link as OBJ texts, one per colour, and adds them to the appearance."""
+    """Formats the meshes of a link as OBJ texts, one per colour.
+
+    They are added to the appearance.
+    """
     import trimesh
 
     groups: dict[tuple[int, ...], list[_Part]] = {}
@@ -177,7 +186,9 @@ def _draw_capsule(end: Array) -> list[Visual]:
 
 
 def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indices]:
-    """Reduces a mesh to at most ``most`` triangles; a smaller mesh is returned unchanged.
+    """Reduces a mesh to at most ``most`` triangles.
+
+    A smaller mesh is returned unchanged.
 
     All vertices within a grid cell are merged into one, at the least-squares intersection of the planes of the
     adjacent triangles (Lindstrom 2000, Out-of-core simplification of large polygonal models, SIGGRAPH), on the finest
@@ -202,7 +213,7 @@ def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indic
 
 
 def _cluster(vertices: Array, faces: _Indices, width: float) -> tuple[_Indices, _Indices]:
-    """Assigns vertices to the cells of a grid of a given width, [m].
+    """Assigns vertices to grid cells of a given width, [m].
 
     Returns: Cell of each vertex, (N,), and the distinct triangles that span three cells, as their cells, (K, 3).
     """
@@ -219,7 +230,7 @@ def _cluster(vertices: Array, faces: _Indices, width: float) -> tuple[_Indices, 
 
 
 def _place(vertices: Array, faces: _Indices, cells: _Indices, width: float) -> Array:
-    """Computes each cell's vertex: the point that is closest, in least squares, to all adjacent triangles' planes."""
+    """Computes each cell's vertex: the least-squares point of all adjacent triangles' planes."""
     count = int(cells.max()) + 1
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

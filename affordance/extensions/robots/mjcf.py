@@ -1,6 +1,8 @@
-"""Reads MJCF models as MuJoCo compiles them: includes, default classes, orientations and masses are MuJoCo's.
+"""Reads MJCF models as MuJoCo compiles them.
 
-What Drake parses is written anew from the compiled model. MJCF has no velocity limits.
+MuJoCo resolves includes, default classes, orientations and masses.
+
+The text for Drake is written from the compiled model. MJCF has no velocity limits.
 """
 
 import importlib.util
@@ -42,7 +44,9 @@ _JOINTS = ("free", "ball", "slide", "hinge")  # by MuJoCo's type of a joint
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
-    """Reads an MJCF model; what MuJoCo refuses, or an include from another folder, raises a BadValueError.
+    """Reads an MJCF model.
+
+    A fault that MuJoCo finds, or an include from another folder, raises a BadValueError.
 
     A mesh is needed only if it decides a mass. If it is missing, the inertia of its body is a fault.
     """
@@ -106,7 +110,10 @@ def read_mjcf(path: Path, root: Element) -> Description:
 
 
 def _list_includes(path: Path, root: Element) -> Iterator[Path]:
-    """Lists included files and models; one outside of the model's folder, or nested too deeply, is refused."""
+    """Lists included files and models.
+
+    A file outside the model's folder, or a deeply nested one, is rejected.
+    """
     folder = path.parent.resolve()
 
     def walk(element: Element, named_in: Path, depth: int) -> Iterator[Path]:
@@ -129,7 +136,7 @@ def _list_includes(path: Path, root: Element) -> Iterator[Path]:
 
 
 def _is_few_sites(element: Element) -> bool:
-    """Returns True if an element replicates sites only, and not too many."""
+    """Returns True if an element replicates only sites, and not too many."""
     count = element.get("count", "")
     few = count.isdecimal() and int(count) * len(element) <= _FEW
     return element.tag == "replicate" and few and {child.tag for child in element} == {"site"}
@@ -146,16 +153,16 @@ def _name_all(spec: Any) -> None:
 
 
 def _find_unused(name: str, used: Container[str]) -> str:
-    """Returns the name, with a number appended if it is already used."""
+    """Returns a name, with a number appended if it is already used."""
     candidates = (name if k == 1 else f"{name}_{k}" for k in itertools.count(1))
     return next(candidate for candidate in candidates if candidate not in used)
 
 
 def _remove_looks(spec: Any, robot: Description) -> None:
-    """Removes what files of meshes and pictures only draw, so that these files may be missing.
+    """Removes mesh and picture files that are only for drawing, so that they may be missing.
 
-    A body with a mesh that is drawn is noted as undrawn. If the file of a mesh that decides a mass is missing, the
-    body's inertia is a fault, and MuJoCo gets a sphere.
+    A body with such a mesh is noted as undrawn. If the file of a mesh that decides a mass is missing, the body's
+    inertia is a fault, and MuJoCo gets a sphere.
     """
     import mujoco
 
@@ -196,7 +203,10 @@ def _remove_looks(spec: Any, robot: Description) -> None:
 
 
 def _find_negative(spec: Any, name: str, compiled: Inertial) -> Inertial | None:
-    """Finds a negative mass or moment of a body in the file, which MuJoCo sets to zero without a word."""
+    """Finds a negative mass or moment of a body in the file.
+
+    MuJoCo would silently set it to zero.
+    """
     import mujoco
 
     body = spec.body(name)
@@ -219,7 +229,7 @@ def _join(values: Any) -> str:
 
 
 def _place(element: Element, position: Array, quaternion: Array) -> None:
-    """Writes a pose; the identity is left out."""
+    """Writes a pose. The identity is left out."""
     if position.any():
         element.set("pos", _join(position))
     if quaternion[1:].any():
@@ -227,12 +237,15 @@ def _place(element: Element, position: Array, quaternion: Array) -> None:
 
 
 def _find_reference(joint: Any) -> float:
-    """Returns the position that MuJoCo gives to a hinge or slide in the model's initial pose."""
+    """Returns the position of a hinge or slide in the model's initial pose."""
     return float(joint.qpos0[0]) if len(joint.qpos0) == 1 else 0.0
 
 
 def _write_joint(element: Element, joint: Any) -> JointNotes:
-    """Writes a joint for Drake, whose positions count from the model's initial pose."""
+    """Writes a joint for Drake.
+
+    Positions are relative to the model's initial pose.
+    """
     kind, reference, damping = _JOINTS[int(joint.type[0])], _find_reference(joint), float(joint.damping[0])
     written = ElementTree.SubElement(element, "joint", name=joint.name, type=kind, axis=_join(joint.axis))
     if joint.pos.any():
@@ -250,7 +263,7 @@ def _write_joint(element: Element, joint: Any) -> JointNotes:
 
 
 def _read_efforts(model: Any) -> dict[int, float]:
-    """Computes the torque limit, [N m], of every joint that is limited, by index.
+    """Computes the torque limit, [N m], of every limited joint, by index.
 
     An actuator's limit is the smaller magnitude of the two ends of its force range, times its gear. If its force is
     proportional to its control, the control range limits it likewise. The limits of all actuators of a joint add up,
@@ -279,7 +292,10 @@ def _find_weaker(ends: Array) -> float:
 
 
 def _read_couplings(model: Any) -> dict[int, Mimic]:
-    """Reads the active couplings of joints, by index; if a coupling has no second joint, it fixes the first."""
+    """Reads the active couplings of joints, by index.
+
+    A coupling without a second joint fixes the first.
+    """
     follows = {}
     for k in range(model.neq):
         if model.eq_active0[k] and model.eq_type[k] == 2:  # mjEQ_JOINT
@@ -291,7 +307,7 @@ def _read_couplings(model: Any) -> dict[int, Mimic]:
 
 
 def _remark_loops(robot: Description, model: Any) -> None:
-    """Adds remarks on constraints that are removed: loop closures between two bodies, and tendons."""
+    """Adds remarks on removed constraints: tendons, and loop closures between two bodies."""
     for k in range(model.neq):
         if not model.eq_active0[k] or model.eq_type[k] > 1:  # neither mjEQ_CONNECT nor mjEQ_WELD
             continue
@@ -308,7 +324,7 @@ def _remark_loops(robot: Description, model: Any) -> None:
 
 
 def _read_visuals(model: Any, index: int) -> Iterator[Visual]:
-    """Reads a body's simple shapes that are drawn."""
+    """Reads the simple shapes of a body that are drawn."""
     first = int(model.body_geomadr[index])
     for k in range(first, first + int(model.body_geomnum[index])):
         kind, size = _SHAPES.get(int(model.geom_type[k])), model.geom_size[k]

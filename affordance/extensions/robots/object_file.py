@@ -1,9 +1,11 @@
-"""Reads a tool from a simulator's URDF of an object: shapes, grips, and the mass as if weighed.
+"""Reads a tool from the URDF of an object, as in simulators.
+
+It has shapes, grips, and a mass as if weighed.
 
 A link that is fixed to another and has neither shape nor mass is a grip. A shape's material is found by its name in
-the file; a material that the program does not know is identified by its colour. A link's mass is distributed as its
-centre of mass and moments say, with the errors of a drawing. If these cannot be right for its shape, the mass is
-distributed evenly over the shape, and a remark says so.
+the file; a material that the program does not know is identified by its colour. A link's mass is distributed
+according to its centre of mass and moments, with the errors of a drawing. If these are impossible for its shape, the
+mass is distributed evenly over the shape, and a remark says so.
 """
 
 from collections.abc import Mapping
@@ -46,7 +48,7 @@ _WATER = 1000.0
 
 
 class ReadObject(NamedTuple):
-    """Tool that was read from a file, and remarks for the user."""
+    """Tool from a file, with remarks for the user."""
 
     tool: Tool
     remarks: tuple[str, ...]
@@ -100,7 +102,10 @@ def read_object(path: Path, materials: Mapping[str, Material]) -> ReadObject:
 
 
 def _compute_poses(description: Description) -> dict[str, Array]:
-    """Computes the poses of all links in the root link; a moving joint raises a BadValueError."""
+    """Computes the poses of all links in the root link.
+
+    A moving joint raises a BadValueError.
+    """
     if description.kind != "urdf":
         raise BadValueError(description.path, "", "is not a URDF, as a file of an object must be")
     fixed = description.fixed
@@ -151,7 +156,7 @@ def _build_parts(
 
 
 def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material:
-    """Returns the material that the shape names, or one that only has the shape's colour."""
+    """Returns the material that the shape names, or one with the shape's colour."""
     if shape.material in materials:
         return materials[shape.material]
     r, g, b = (shape.colour or (*_GREY, 1.0))[:3]
@@ -162,7 +167,9 @@ def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material
 def _distribute(
     description: Description, link: str, parts: list[Component], X_TL: Array
 ) -> tuple[list[Component], str]:
-    """Distributes the mass of a link's parts as the file says, if that is possible for their shape.
+    """Distributes the mass of a link's parts as the file states.
+
+    The shape must allow this distribution.
 
     Returns: The parts, and a remark; empty if the file agrees with the shape.
     """
@@ -200,6 +207,9 @@ def _distribute(
 
 
 def _compute_moments(J: Array) -> Array:
-    """Computes the principal moments about the centre of mass, per unit mass, (3,), of a pseudo-inertia of 1 kg."""
+    """Computes the principal moments about the centre of mass, (3,).
+
+    The pseudo-inertia has a mass of 1 kg.
+    """
     spread = np.linalg.eigvalsh(J[:3, :3] - np.outer(J[:3, 3], J[:3, 3]))
     return spread.sum() - spread[::-1]

@@ -1,6 +1,8 @@
-"""Warns about implausible numbers of an arm, with their likely causes; rejects nothing.
+"""Warns about implausible numbers of an arm, with likely causes.
 
-Bounds are physical and wide: a number beyond them has the wrong unit, is a placeholder or a typing error.
+Nothing is rejected.
+
+Bounds are physical and wide: a number beyond them has a wrong unit, or is a placeholder or a typing error.
 """
 
 import math
@@ -37,12 +39,15 @@ _LETTERS = (("l", "r"), ("L", "R"))
 
 
 def list_implausible(arm: ReducedArm) -> list[str]:
-    """Lists implausible values of an arm's links and joints: one sentence for each kind, with the numbers."""
+    """Lists implausible values of links and joints.
+
+    There is one sentence for each kind, with the numbers.
+    """
     return [*_list_of_links(arm), *_list_of_joints(arm), *_list_twins(arm)]
 
 
 def compute_lengths(arm: ReducedArm) -> list[float]:
-    """Computes the distance from each joint to the next, and from the last to the tip, [m]."""
+    """Computes the distances between joints, and from the last joint to the tip, [m]."""
     ends = [*(link.X_PL for link in arm.links[1:]), arm.X_LT]
     return [float(np.linalg.norm(X.translation())) for X in ends]
 
@@ -97,7 +102,10 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
 
 
 def _list_far_parts(arm: ReducedArm, link: ReducedLink, reach: float) -> Iterator[tuple[str, float]]:
-    """Lists merged parts with centres of mass that are farther from their own frames than the arm reaches."""
+    """Lists merged parts with centres of mass beyond the reach of the arm.
+
+    Distances are from the parts' own frames.
+    """
     for name, _ in link.bodies:
         part = arm.tree.description.inertials.get(name)
         if part is not None and part.mass > 0.0 and part.in_link:
@@ -107,7 +115,7 @@ def _list_far_parts(arm: ReducedArm, link: ReducedLink, reach: float) -> Iterato
 
 
 def _list_wide_parts(arm: ReducedArm, link: ReducedLink, size: float) -> list[str]:
-    """Lists merged parts with radii of gyration beyond the link, if they matter in it."""
+    """Lists merged parts that matter, with radii of gyration beyond the link."""
     inertials, found = arm.tree.description.inertials, []
     for name, _ in link.bodies:
         part = inertials.get(name)
@@ -158,7 +166,10 @@ def _is_power_of_ten(value: float) -> bool:
 
 
 def _list_twins(arm: ReducedArm) -> Iterator[str]:
-    """Lists links whose mass differs from that of their counterpart on the robot's other side, found by name."""
+    """Lists links that differ in mass from their counterpart on the other side.
+
+    Counterparts are found by name.
+    """
     plant = arm.tree.plant
     masses = {
         arm.tree.key(body): float(body.default_mass())
@@ -177,7 +188,7 @@ def _list_twins(arm: ReducedArm) -> Iterator[str]:
 
 
 def _name_twins(name: str) -> Iterator[str]:
-    """Lists the names of a link's possible counterparts: left and right swapped."""
+    """Lists the possible counterparts of a link: left and right swapped."""
     for one, other in (*_WORDS, *(pair[::-1] for pair in _WORDS)):
         if one in name:
             yield name.replace(one, other)

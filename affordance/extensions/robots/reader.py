@@ -1,4 +1,4 @@
-"""Reads robot files in any of the three formats, and expands xacro templates, which are programs."""
+"""Reads robot files in three formats, and expands xacro templates, which are programs."""
 
 import contextlib
 import importlib.util
@@ -68,7 +68,10 @@ def is_template(path: Path) -> bool:
 
 
 def _expand(path: Path, arguments: Mapping[str, str], packages: Mapping[str, str]) -> tuple[str, tuple[Path, ...]]:
-    """Runs a template; returns the text of the robot's file, and the files that the template includes."""
+    """Runs a template.
+
+    Returns the text of the robot's file, and the files that the template includes.
+    """
     if importlib.util.find_spec("xacrodoc") is None:
         problem = "is a xacro template, which needs pip install 'visual-inertial-affordances[xacro]'"
         raise BadValueError(path, "", problem)
@@ -98,7 +101,7 @@ def _expand(path: Path, arguments: Mapping[str, str], packages: Mapping[str, str
 
 
 class _Scanned(NamedTuple):
-    """What a template and the files that it includes name, as far as this is seen without running it."""
+    """Names in a template and its includes, as found without running it."""
 
     missing: list[str]  # packages that are not known
     arguments: dict[str, str | None]  # defaults of arguments, by name; None for one without a default
@@ -152,7 +155,10 @@ def _explain(path: Path, error: Exception, scanned: _Scanned) -> AffordanceError
 
 
 def _find_packages(path: Path) -> dict[str, str]:
-    """Searches the folders above a template, and those below them, for packages (``package.xml``), nearest first."""
+    """Finds packages (``package.xml``) in the folders around a template, nearest first.
+
+    These are the folders above it, and those below them.
+    """
     found: dict[str, str] = {}
     for folder in list(path.resolve().parents)[:-1][:_LEVELS]:
         below = _BELOW_SRC if folder.name == "src" else _BELOW

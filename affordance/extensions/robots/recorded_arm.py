@@ -1,4 +1,6 @@
-"""Reads an arm for identification from a robot's file: a chain of joints, and its links' inertias.
+"""Reads an arm for identification from a robot's file.
+
+It is a chain of joints with its links' inertias.
 
 Nothing is written, and no limits are needed because nothing will move. Joints outside the chain are frozen at their
 defaults, and the bodies beyond them are added to the link of the chain that carries them.
@@ -65,7 +67,7 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
 
 
 def _build_directives(path: Path) -> RobotTree:
-    """Builds a robot from Drake model directives, the format of the program's own arms."""
+    """Builds a robot from Drake model directives, which describe the program's own arms."""
     if not path.exists():
         raise ModelFileError(path, "does not exist")
     plant = MultibodyPlant(0.0)
@@ -75,7 +77,10 @@ def _build_directives(path: Path) -> RobotTree:
 
 
 def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
-    """Finds the uppermost link that the base is fixed to; drivers express gravity and poses in it."""
+    """Finds the uppermost link that the base is fixed to.
+
+    Drivers express gravity and poses in it.
+    """
     for joint in tree.climb(base):
         if joint.num_velocities() or joint.parent_body().name() == "world":
             break
@@ -84,7 +89,10 @@ def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
 
 
 class Flange(NamedTuple):
-    """Frame F in which a controller expects a payload: as the robot's file defines it, not rotated like our hand."""
+    """Frame F in which a controller expects a payload.
+
+    It is defined in the robot's file, and not rotated like our hand.
+    """
 
     name: str
     X_FT: Array  # pose of the tip T, to which the payload is fixed, in F, shape (4, 4)

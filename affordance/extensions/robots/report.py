@@ -1,4 +1,4 @@
-"""Report of an import, as text and as an HTML page: what was imported, assumed and left out."""
+"""Report of an import, as text and HTML: contents, assumptions and omissions."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -43,7 +43,10 @@ _HAMMER, _ARROW, _SEEN = "claw hammer", 9.0, 0.3
 
 
 class ReportPart(NamedTuple):
-    """Part of the report: heading, sentences, and an optional table whose first row is its header."""
+    """Part of the report with heading, sentences and an optional table.
+
+    The first row of the table is its header.
+    """
 
     heading: str
     sentences: Sequence[str]
@@ -127,7 +130,7 @@ def _list_taken(arm: ReducedArm) -> Iterator[str]:
 
 
 def describe_payload(home: HomePosture) -> str:
-    """Describes an arm's static payload: in the hand, and farther out like a tool."""
+    """Describes an arm's static payload in the hand and farther out, like a tool."""
     return (
         f"static payload at home {format_number(home.payload_in_hand)} kg in the hand, {format_number(home.payload)} "
         f"kg at {100.0 * TEST_DISTANCE:g} cm from it, limited by {home.weakest}"
@@ -135,7 +138,7 @@ def describe_payload(home: HomePosture) -> str:
 
 
 def describe_roll(arm: ReducedArm) -> str:
-    """Describes how the hand frame, in which tools are gripped, is turned about its x."""
+    """Describes the roll of the hand frame, in which tools are gripped."""
     why = "so that its z is up at home; if the gripper is mounted otherwise, give --roll"
     if arm.options.roll is not None:
         why = "as given by --roll"
@@ -236,7 +239,7 @@ def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
 
 
 def list_couplings(arm: ReducedArm) -> Iterator[str]:
-    """Lists a sentence about joints that follow another joint and are frozen, if there are any."""
+    """Describes frozen joints that follow another joint, if there are any."""
     if couplers := [name for name, notes in arm.tree.description.joints.items() if notes.mimic is not None]:
         more = f" and {len(couplers) - _MANY} more" if len(couplers) > _MANY else ""
         yield f"couplings of joints, each frozen where its leader puts it: {', '.join(couplers[:_MANY])}{more}"
@@ -278,7 +281,10 @@ def _write_text(title: str, parts: Sequence[ReportPart]) -> str:
 
 
 def draw_posture(models: Path) -> Figure:
-    """Plots the arm in its home posture: rendered with an object, its joints from two sides, and the hand frame."""
+    """Plots the arm at home: rendered with an object, its joints, and the hand frame.
+
+    Joints are seen from two sides.
+    """
     arm = load_arm(models / ARM.name)
     tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
     longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
@@ -313,7 +319,10 @@ def draw_posture(models: Path) -> Figure:
 
 
 def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
-    """Plots the hand's axes with a hammer in the hand, seen from the right: world x forward, z up."""
+    """Plots the hand's axes with a hammer in the hand.
+
+    It is seen from the right: world x forward, z up.
+    """
     hammer = next(tool for tool in load_tools(MODELS / "workshop" / "tools.yaml") if tool.name == _HAMMER)
     held = hammer.gripped_by(hammer.grips[0])
     R_VH = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) @ R_WH  # V: view along -Vz

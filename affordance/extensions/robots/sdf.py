@@ -1,4 +1,4 @@
-"""Reads SDF files: what Drake parses, and what Drake ignores."""
+"""Reads SDF files, including contents that Drake ignores."""
 
 import math
 from collections.abc import Iterator
@@ -30,7 +30,10 @@ _NO_PLACE = (0.0, 0.0, 0.0)
 
 
 def read_sdf(path: Path, root: Element) -> Description:
-    """Reads an SDF file; an invalid value, or a name that is used twice, raises a BadValueError."""
+    """Reads an SDF file.
+
+    An invalid value, or a name that is used twice, raises a BadValueError.
+    """
     if root.find(".//include") is not None:  # Drake would search everywhere, even the network
         raise BadValueError(path, "include", "is not supported, must be expanded")
     ElementTree.register_namespace("drake", "drake")
@@ -73,7 +76,7 @@ def read_sdf(path: Path, root: Element) -> Description:
 
 
 def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tuple[str, Element]]:
-    """Lists all models, each with the prefix that distinguishes its names: ``outer::inner::``."""
+    """Lists all models with the prefix of their names, such as ``outer::inner::``."""
     for child in element:
         if child.tag == "model":
             own = f"{scope}{name_of(child, path)}::"
@@ -84,7 +87,7 @@ def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tupl
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and removes the limits from its element that Drake must not see."""
+    """Reads a joint, and removes limits from its element that Drake cannot use."""
 
     def take(path: str, default: float) -> float:
         return numbers.parse_one(find_text(joint, path), f"{key}.{path.replace('/', '.')}", default)
@@ -148,7 +151,10 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
 
 
 def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """Reads position and roll, pitch, yaw in the link's frame; None if the pose uses another frame or format."""
+    """Reads position and roll, pitch, yaw in the link's frame.
+
+    Returns None if the pose uses another frame or format.
+    """
     pose = element.find("pose")
     if pose is None:
         return _NO_PLACE, _NO_PLACE
@@ -159,7 +165,7 @@ def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[floa
 
 
 def _put_nothing(inertial: Element) -> None:
-    """Replaces an inertial with that of a massless body."""
+    """Replaces an inertial with the inertial of a massless body."""
     remove_children(inertial, {child.tag for child in inertial})
     _write_moments(inertial, Inertial(0.0, _NO_PLACE, _NO_PLACE, (0.0,) * 6))
 
@@ -174,7 +180,7 @@ def _write_moments(inertial: Element, values: Inertial) -> None:
 
 
 def _read_visual(element: Element, numbers: Numbers, key: str) -> Visual | None:
-    """Reads a shape; None if it cannot be imported."""
+    """Reads a shape. Returns None if it cannot be imported."""
     geometry, key = element.find("geometry"), f"{key}.visual"
     if geometry is None or not len(geometry) or (pose := _read_pose(element, numbers, key)) is None:
         return None

@@ -1,4 +1,4 @@
-"""Robot as parsed by Drake: a plant without geometry, fixed to the world, with joints that can be frozen."""
+"""Robot as parsed by Drake: a plant without geometry, with joints that can be frozen."""
 
 import difflib
 import logging
@@ -60,7 +60,10 @@ class RobotTree:
         return self.joints_below.get(body.index(), [])
 
     def key(self, element: Joint | RigidBody) -> str:
-        """Returns the key of a joint or link in the description: its name, in an SDF after that of its model."""
+        """Returns the key of a joint or link in the description.
+
+        It is the name, in an SDF with the model's name before it.
+        """
         model = f"{self.plant.GetModelInstanceName(element.model_instance())}::"
         return f"{model if self.description.kind == 'sdf' else ''}{element.name()}"
 
@@ -81,7 +84,9 @@ class RobotTree:
         ]
 
     def find_frame(self, name: str, option: str) -> Frame | None:
-        """Finds a link or frame by its name, or by ``model::name`` if several models use it; None if not found.
+        """Finds a link or frame by its name, or by ``model::name``.
+
+        The model is needed if several models use the name. Returns None if not found.
 
         A joint's name or an ambiguous name raises a BadValueError, which cites the option and suggests names.
         """
@@ -126,7 +131,10 @@ def build_tree(description: Description) -> RobotTree:
 
 
 def _list_roots(path: Path, plant: MultibodyPlant) -> list[RigidBody]:
-    """Lists the links that no joint carries; a link with two parent joints or a loop raises a BadValueError."""
+    """Lists the links that no joint carries.
+
+    A link with two parent joints, or a loop, raises a BadValueError.
+    """
     above: dict[BodyIndex, Joint] = {}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         child = joint.child_body()
@@ -147,7 +155,7 @@ def _list_roots(path: Path, plant: MultibodyPlant) -> list[RigidBody]:
 
 
 def _clean(text: str) -> str:
-    """Removes source locations and internal names from a message of Drake."""
+    """Removes source locations and internal names from Drake's messages."""
     text = " ".join(text.split())
     failed = re.search(r"Failure at \S+ in (.*)$", text)
     text = failed[1] if failed else text
@@ -169,7 +177,10 @@ def _collect_remarks() -> Iterator[BufferingHandler]:
 
 
 def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
-    """Raises a BadValueError for the first joint position that cannot be set or is out of limits."""
+    """Checks that joint positions can be set and are within limits.
+
+    The first fault raises a BadValueError.
+    """
     joints = {joint.name(): joint for joint in tree.joints_above.values() if joint.num_velocities()}
     for name, value in posture.items():
         joint = joints.get(name)
@@ -190,7 +201,7 @@ def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
 def freeze(
     tree: RobotTree, moving: Sequence[Joint], posture: Mapping[str, float]
 ) -> tuple[Context, dict[str, float]]:
-    """Creates a context with the moving joints at zero and all others frozen.
+    """Creates a context with moving joints at zero and all others frozen.
 
     A joint is frozen at its position in ``posture``, otherwise at its default, clipped to its limits. A joint that
     follows another is frozen at the position that its leader implies.

@@ -1,4 +1,4 @@
-"""Reads URDF files: what Drake parses, and what Drake ignores."""
+"""Reads URDF files, including contents that Drake ignores."""
 
 import math
 from collections.abc import Collection
@@ -32,7 +32,10 @@ _SINGLE = ("inertial", "parent", "child", "origin", "axis", "limit", "dynamics",
 
 
 def read_urdf(path: Path, root: Element) -> Description:
-    """Reads a URDF file; an invalid value, or a name that is used twice, raises a BadValueError."""
+    """Reads a URDF file.
+
+    An invalid value, or a name that is used twice, raises a BadValueError.
+    """
     numbers, robot = Numbers(path), Description(path, "urdf")
     connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)
@@ -92,7 +95,7 @@ def _read_connection(joint: Element, path: Path, key: str, links: Collection[str
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and removes the limits from its element that Drake must not see."""
+    """Reads a joint, and removes limits from its element that Drake cannot use."""
     if joint.get("type") == "fixed":  # other data of it do not matter
         remove_children(joint, ("limit", "axis", "dynamics", "mimic"))
     limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")
@@ -139,7 +142,10 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
 
 
 def _keep_acceleration(limit: Element, numbers: Numbers, key: str) -> None:
-    """Writes a joint's lowest acceleration limit where Drake reads it; 0 or less means no limit."""
+    """Writes a joint's lowest acceleration limit for Drake.
+
+    A value of 0 or less means no limit.
+    """
     names = [name for name in limit.attrib if name in _ACCELERATION or name.endswith("}acceleration")]
     values = [numbers.parse_bound(limit.attrib.pop(name), f"{key}.limit.acceleration") for name in names]
     if found := [value for value in values if value is not None and 0.0 < value < math.inf]:
@@ -147,7 +153,7 @@ def _keep_acceleration(limit: Element, numbers: Numbers, key: str) -> None:
 
 
 def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Reads the position of an element, and its roll, pitch and yaw."""
+    """Reads the position and roll, pitch, yaw of an element."""
     origin = element.find("origin")
     xyz, rpy = (
         numbers.parse(get_attribute(origin, name), f"{key}.origin.{name}", 3, _NO_PLACE) for name in ("xyz", "rpy")
@@ -156,7 +162,7 @@ def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[floa
 
 
 def _keep_first(robot: Description, element: Element, key: str) -> None:
-    """Removes repetitions of elements that must be unique, with a remark on each."""
+    """Removes repetitions of unique elements, with a remark on each."""
     for tag in _SINGLE:
         if len(found := element.findall(tag)) > 1:
             robot.remark(key, f"has {len(found)} <{tag}> elements, of which the first is used")
@@ -165,7 +171,10 @@ def _keep_first(robot: Description, element: Element, key: str) -> None:
 
 
 def _write_inertial(link: Element, inertial: Element, nearest: Inertial) -> None:
-    """Replaces the moments of an inertial; removes one without mass, for which Drake would substitute a sphere."""
+    """Replaces the moments of an inertial.
+
+    An inertial without mass is removed, because Drake would substitute a sphere.
+    """
     if not nearest.mass:
         link.remove(inertial)
         return
@@ -194,7 +203,7 @@ def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...
 def _read_visual(
     element: Element, numbers: Numbers, key: str, colours: dict[str, tuple[float, ...]]
 ) -> Visual | None:
-    """Reads a shape; None if it cannot be imported."""
+    """Reads a shape. Returns None if it cannot be imported."""
     geometry, key = element.find("geometry"), f"{key}.visual"
     if geometry is None or not len(geometry):
         return None

@@ -14,7 +14,10 @@ from affordance.files.constraints import check_names
 
 
 def read_xml(path: Path, content: bytes | None = None) -> Element:
-    """Reads the XML of a robot's file, or of its content; one that is too large or has entities is refused."""
+    """Reads the XML of a robot's file, or of its content.
+
+    An oversized file, or one with entities, is rejected.
+    """
     root = files.read_xml(path, ROBOT) if content is None else files.parse_xml(path, content)
     check_names(path, "name", (element.get("name", "") for element in root.iter()))
     return root
@@ -22,12 +25,15 @@ def read_xml(path: Path, content: bytes | None = None) -> Element:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Parser of numbers in the text of a file; its errors name the file."""
+    """Parser of numbers in a file's text, whose errors name the file."""
 
     path: Path
 
     def parse(self, text: str | None, key: str, count: int, default: Iterable[float]) -> tuple[float, ...]:
-        """Parses ``count`` finite numbers; None gives the default, any other text raises a BadValueError."""
+        """Parses ``count`` finite numbers.
+
+        None gives the default; any other text raises a BadValueError.
+        """
         if text is None or not text.strip():
             return tuple(default)
         try:
@@ -40,11 +46,14 @@ class Numbers:
         return values
 
     def parse_one(self, text: str | None, key: str, default: float) -> float:
-        """Parses one finite number; arguments and errors are those of ``parse``."""
+        """Parses one finite number; arguments and errors are as in ``parse``."""
         return self.parse(text, key, 1, (default,))[0]
 
     def parse_sizes(self, shape: str, find: Callable[[str], str | None], key: str) -> tuple[float, ...]:
-        """Parses a mesh's scale (default 1) or a simple shape's sizes (default 1 cm); empty for other shapes."""
+        """Parses a mesh's scale (default 1) or a simple shape's sizes (default 1 cm).
+
+        Empty for other shapes.
+        """
         names, default = (("scale",), 1.0) if shape == "mesh" else (SHAPES.get(shape, ()), 0.01)
         sizes: tuple[float, ...] = ()
         for name in names:
@@ -53,7 +62,10 @@ class Numbers:
         return sizes if shape == "mesh" or all(size > 0.0 for size in sizes) else ()
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
-        """Parses a number that may be infinite; None if absent; any other text raises a BadValueError."""
+        """Parses a number that may be infinite.
+
+        Returns None if absent; other text raises a BadValueError.
+        """
         if text is None or not text.strip():
             return None
         try:
@@ -66,18 +78,18 @@ class Numbers:
 
 
 def find_text(element: Element, path: str) -> str | None:
-    """Returns the text of an element below another; None if there is no such element."""
+    """Returns the text of an element below another. Returns None if it is missing."""
     found = element.find(path)
     return None if found is None else found.text
 
 
 def get_attribute(element: Element | None, name: str) -> str | None:
-    """Returns an attribute of an element that may be absent; None if either is."""
+    """Returns an attribute of an element. Returns None if either is missing."""
     return None if element is None else element.get(name)
 
 
 def remove_children(element: Element, unwanted: Iterable[str]) -> None:
-    """Removes the children that have unwanted tags."""
+    """Removes the children with unwanted tags."""
     for tag in unwanted:
         for child in element.findall(tag):
             element.remove(child)

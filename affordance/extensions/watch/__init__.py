@@ -1,1 +1,1 @@
-"""Observers, live in the browser."""
+"""Live view of observers in the browser."""

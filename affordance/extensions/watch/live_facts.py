@@ -28,7 +28,10 @@ _GREY, _BLUE, _BLACK = "#aaaaaa", "#1f5fa8", "#222222"
 
 
 def draw_masses(belief: ObjectBelief) -> Array:
-    """Draws masses from the belief about an object, the same for the same belief, (S,), [kg]."""
+    """Draws masses from the belief about an object, (S,), [kg].
+
+    The same belief gives the same draws.
+    """
     rng = np.random.default_rng(0)
     rho = belief.densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
     errors = rng.standard_normal((_NUM_SAMPLES, len(belief.geometry.Phi_errors)))
@@ -37,18 +40,24 @@ def draw_masses(belief: ObjectBelief) -> Array:
 
 
 def describe_mass(mass: float, unit: str = " kg", like: float | None = None) -> str:
-    """Formats a mass, [kg], with two decimals, or three if it, or the one that it is like, is below 0.1 kg."""
+    """Formats a mass, [kg], with two decimals, or three for small masses.
+
+    Three are used if it or the comparison is below 0.1 kg.
+    """
     return f"{mass:.{2 if (mass if like is None else like) >= _LIGHT else 3}f}{unit}"
 
 
 def describe_masses(masses: Array, truth: float) -> str:
-    """Describes a belief about a mass, given by samples, (S,), [kg]: mean and 90 % interval."""
+    """Describes a belief about a mass by mean and 90 % interval.
+
+    Samples are (S,), [kg].
+    """
     mean, low, high = (describe_mass(each, "", truth) for each in Amount.of(masses))
     return f"{mean} kg ({low} to {high})"
 
 
 def describe_motion(record: TrialRecord) -> str:
-    """Describes how far the object moved from where it was to be held."""
+    """Describes how far the object moved from its intended place."""
     farthest = 100.0 * max(record.height_centre, key=abs)
     text = f"{abs(farthest):.1f} cm {'down' if farthest < 0.0 else 'up'}"
     weak = f"; {', '.join(record.overloaded)} cannot hold it" if record.overloaded else ""
@@ -56,7 +65,7 @@ def describe_motion(record: TrialRecord) -> str:
 
 
 def describe_surprise(record: TrialRecord, *, learns_from_outliers: bool) -> str:
-    """Describes whether a hold was a surprise, by its probability under the belief before it."""
+    """Describes how surprising a hold was, by its probability under the previous belief."""
     if record.is_outlier:
         return f"yes, beyond five sigma{'' if learns_from_outliers else ': nothing is learned'}"
     p = format_number(record.p_value, 2)
@@ -64,7 +73,10 @@ def describe_surprise(record: TrialRecord, *, learns_from_outliers: bool) -> str
 
 
 def describe_grip(costs: Mapping[str, float], chosen: str, unit: str) -> str:
-    """Describes whether the chosen grip is the cheapest at the true densities; costs by grip, infinite where none."""
+    """Compares the chosen grip with the cheapest at true densities.
+
+    Costs are by grip, infinite for infeasible grips.
+    """
     verdict = "right" if costs[chosen] <= min(costs.values()) else "wrong"
     order = [chosen, *(grip for grip in costs if grip != chosen)]
     amounts = [f"{costs[grip]:.1f} {unit}" if np.isfinite(costs[grip]) else "it cannot be done" for grip in order]
@@ -73,7 +85,10 @@ def describe_grip(costs: Mapping[str, float], chosen: str, unit: str) -> str:
 
 
 def describe_memory(memory: MaterialMemory, names: Mapping[Colour, str]) -> list[tuple[str, str]]:
-    """Lists the colours of a memory, as a page names colours, and what is believed of their densities."""
+    """Lists the colours of a memory and the beliefs about their densities.
+
+    Colours are in the notation of pages.
+    """
     if not memory.colours:
         return []
     lows, highs = memory.belief.compute_percentiles([0.25, 0.75]) / 1000.0
@@ -84,7 +99,7 @@ def describe_memory(memory: MaterialMemory, names: Mapping[Colour, str]) -> list
 
 
 def draw_mass_chart(tool: Tool, expected: Array | None, felt: Array | None) -> dict[str, Any]:
-    """Draws what is believed of a tool's mass: samples of what was expected and is felt, (S,) each, if any."""
+    """Builds the chart of a tool's mass: expected and felt samples, (S,) each, if any."""
     most = 1.3 * max([tool.mass] + ([] if expected is None else [float(np.quantile(expected, 0.98))]))
     curves = [(each, colour) for each, colour in ((expected, _GREY), (felt, _BLUE)) if each is not None]
     return _build_chart(
@@ -95,7 +110,7 @@ def draw_mass_chart(tool: Tool, expected: Array | None, felt: Array | None) -> d
 
 
 def draw_density_chart(tool: Tool, expected: ObjectBelief | None, felt: ObjectBelief | None) -> dict[str, Any]:
-    """Draws what is believed of the densities of a tool's colours: what was expected, and is felt, if any."""
+    """Builds the chart of a tool's densities by colour: expected and felt, if any."""
     truths = [(part.material.density / 1000.0, part.looks_like.colour) for part in tool.components]
     curves = [
         (curve / [1000.0, 1.0], show_colour(colour, 1.0 if belief is expected else 0.6), belief is expected)
@@ -110,7 +125,10 @@ def draw_density_chart(tool: Tool, expected: ObjectBelief | None, felt: ObjectBe
 
 
 def trace_densities(belief: DensityBelief) -> list[Array]:
-    """Traces the marginal probability density of each density, each (N, 2): [kg/m^3], and 1 at the greatest."""
+    """Computes the marginal probability density of each density, (N, 2) each.
+
+    The columns are [kg/m^3] and the probability density over its maximum.
+    """
     if not belief.size:
         return []
     curves = []
@@ -122,12 +140,15 @@ def trace_densities(belief: DensityBelief) -> list[Array]:
 
 
 def show_colour(colour: Colour, brightness: float = 1.0) -> str:
-    """Writes a colour as a page does, made darker by a factor."""
+    """Formats a colour for a page, darkened by a factor."""
     return "#" + "".join(f"{round(255 * brightness * min(max(each, 0.0), 1.0)):02x}" for each in colour)
 
 
 def _trace_masses(masses: Array) -> Array:
-    """Traces the probability density of samples, (S,), as (N, 2): [kg], and 1 at the greatest."""
+    """Estimates the probability density of samples, (S,), as (N, 2).
+
+    The columns are [kg] and the probability density over its maximum.
+    """
     width = max(_WIDTH * float(masses.std()), 1e-6)
     at = np.linspace(max(0.0, masses.min() - 3.0 * width), masses.max() + 3.0 * width, _NUM_POINTS)
     heights = np.exp(-0.5 * ((at[:, None] - masses) / width) ** 2).sum(axis=1)
@@ -137,7 +158,10 @@ def _trace_masses(masses: Array) -> Array:
 def _build_chart(
     most: float, curves: Sequence[tuple[Array, str, bool]], truths: Sequence[tuple[float, str]]
 ) -> dict[str, Any]:
-    """Builds a chart from 0 to ``most``: curves with colour, filled or not, and true values with colour."""
+    """Builds a chart from 0 to ``most``.
+
+    Curves have a colour and may be filled; true values have a colour.
+    """
     step = max(each for each in (*(m * 10.0**k for k in range(-4, 3) for m in (1, 2, 5)),) if each <= most / 3.0)
     return {
         "curves": [

@@ -1,4 +1,7 @@
-"""Page of ``affordance watch``: Meshcat's scene with a panel next to it, served to browsers of this machine."""
+"""Page of ``affordance watch``: Meshcat's scene with a panel next to it.
+
+Only browsers of this machine are served.
+"""
 
 import json
 import threading
@@ -19,12 +22,17 @@ _STATE = "/state"
 
 
 class LivePage:
-    """Page that is served until the process ends, and asks several times a second what to show."""
+    """Page that is served until the process ends.
+
+    It asks for the state several times a second.
+    """
 
     def __init__(
         self, meshcat: Meshcat, buttons: Sequence[tuple[str, str]], sliders: Sequence[tuple[str, str, float, float]]
     ) -> None:
-        """Opens a local port; buttons are name and key, sliders name, label and ends, all of Meshcat's controls.
+        """Opens a local port.
+
+        Buttons are name and key, sliders name, label and ends, all of Meshcat's controls.
 
         An AffordanceError means that no port can be opened.
         """
@@ -60,19 +68,22 @@ class LivePage:
         return f"http://{_HOST}:{self.port}"
 
     def show(self, state: Mapping[str, object]) -> None:
-        """Shows a state, of which the template reads every key, on all pages."""
+        """Shows a state on all pages.
+
+        The template reads every key of it.
+        """
         text = json.dumps(state, allow_nan=False)
         self._server.answers[_STATE] = ("application/json", text.encode())
 
 
 class _Server(ThreadingHTTPServer):
-    """Server of a few answers, kept ready: type and content by path."""
+    """Server of a few prepared answers: type and content by path."""
 
     daemon_threads = True
     answers: dict[str, tuple[str, bytes]]
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Ignores a browser that leaves while it is answered."""
+        """Ignores a browser that leaves during an answer."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -80,7 +91,7 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = 10.0  # of a connection on which nothing is asked, [s]
 
     def do_GET(self) -> None:
-        """Answers with what is kept for the path."""
+        """Sends the prepared answer for the path."""
         answer = self.server.answers.get(self.path.partition("?")[0])
         host = self.headers.get("Host", "").rpartition(":")[0] or self.headers.get("Host", "")
         if answer is None or host not in _HOSTS:

@@ -1,4 +1,4 @@
-"""Live scene of ``affordance watch``: the arm in Meshcat, with what was expected and what is felt next to it."""
+"""Live scene of ``affordance watch``: the arm in Meshcat, with expected and felt values."""
 
 import math
 import time
@@ -35,7 +35,10 @@ _ROWS = ("True mass", "Expected", "After feeling", "Moved", "Surprise", "Grip")
 
 
 class Wish(Enum):
-    """Wish of a visitor, by the label of its button; that of a moved slider has none."""
+    """Wish of a visitor, by the label of its button.
+
+    A moved slider has no label.
+    """
 
     NEXT = "Next object"
     DECOY = "Decoy"
@@ -47,9 +50,11 @@ class LiveScene:
     """Scene that several Diagrams share, one after another."""
 
     def __init__(self, directives: Path, names: Mapping[Colour, str], tools: Iterable[Tool] = ()) -> None:
-        """Opens Meshcat and the page; the camera sees the arm with each of the tools in its hand.
+        """Opens Meshcat and the page.
 
-        Errors are those of ``open_meshcat`` and ``LivePage``.
+        The camera sees the arm with each of the tools in its hand.
+
+        Errors are as in ``open_meshcat`` and ``LivePage``.
         """
         self.meshcat = open_meshcat("the live scene")
         self._names = names
@@ -89,23 +94,26 @@ class LiveScene:
 
     @property
     def addresses(self) -> tuple[str, str]:
-        """Addresses of the page and of its scene."""
+        """Addresses of the page and its scene."""
         return self.page.address, self.meshcat.web_url()
 
     @property
     def factors(self) -> tuple[float, float]:
-        """Factors of true density and size that the sliders set, within the sliders' ends; 1 for NaN."""
+        """Factors of true density and size that the sliders set.
+
+        They are within the sliders' ends; NaN becomes 1.
+        """
         sent = [(self.meshcat.GetSliderValue(name), low, high) for name, _, low, high in _SLIDERS]
         density, size = (1.0 if math.isnan(value) else min(max(value, low), high) for value, low, high in sent)
         return density, size
 
     @property
     def is_wanted(self) -> bool:
-        """True if a button was pressed or a slider moved since the last wish was taken."""
+        """True if a button or slider was used since the last wish was taken."""
         return self._clicks != self._count_clicks() or self._factors != self.factors
 
     def take_wish(self) -> Wish | None:
-        """Takes the wish since the last one; None if nothing was wished for."""
+        """Takes the wish since the last call. Returns None without a wish."""
         clicks, factors = self._count_clicks(), self.factors
         pressed = [wish for wish, number in clicks.items() if number != self._clicks[wish]]
         moved = factors != self._factors
@@ -120,7 +128,7 @@ class LiveScene:
         return self.take_wish()
 
     def add_to(self, builder: DiagramBuilder, plant: MultibodyPlant, posterior: OutputPort) -> None:
-        """Adds the systems that show a plant with shapes, and the belief on a port, to a Diagram."""
+        """Adds systems to a Diagram that show a plant with shapes, and the belief on a port."""
         (scene_graph,) = (system for system in builder.GetMutableSystems() if isinstance(system, SceneGraph))
         shown = MeshcatVisualizerParams(prefix="arm", publish_period=_FRAME)
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, self.meshcat, shown)
@@ -128,9 +136,9 @@ class LiveScene:
         builder.Connect(posterior, display.GetInputPort("posterior"))
 
     def announce(self, what: str, tool: Tool, memory: MaterialMemory, *, follows: bool = True) -> None:
-        """Begins the presentation of a tool to an observer with a memory; its title is printed too.
+        """Begins and prints the presentation of a tool to an observer with a memory.
 
-        From then on the belief about the tool is drawn: the first one and, if it is to be followed, the present one.
+        From then on the first belief about the tool is drawn, and with ``follows`` also the present belief.
         """
         self._follows = follows
         self._tool, self._expected, self._felt, self._masses = tool, None, None, None
@@ -143,7 +151,7 @@ class LiveScene:
         self.tell({}, memory, note="")
 
     def tell(self, rows: Mapping[str, str], memory: MaterialMemory | None = None, note: str | None = None) -> None:
-        """Shows lines of text, by heading, next to the scene, and what a memory believes about materials."""
+        """Shows lines of text by heading, and the memory's beliefs about materials."""
         self._rows |= rows
         if memory is not None:
             self._state["legend"] = facts.describe_memory(memory, self._names)
@@ -152,11 +160,17 @@ class LiveScene:
         self._show()
 
     def draw_path(self, p_WG: Array) -> None:
-        """Draws the path that a point is to follow until the next announcement; places on it, (N, 3), [m]."""
+        """Draws the demanded path of a point until the next announcement.
+
+        Positions are (N, 3), [m].
+        """
         self.meshcat.SetLine("path", np.asfortranarray(p_WG.T), 2.0, _RED)
 
     def follow(self, belief: ObjectBelief) -> None:
-        """Draws the belief about the object at hand, if it has changed; the first one is what was expected."""
+        """Draws the belief about the object at hand, if it has changed.
+
+        The first belief is the expectation.
+        """
         if self._expected is None:
             assert self._tool is not None  # announced before
             self._expected = belief
@@ -184,7 +198,9 @@ class LiveScene:
 
 
 class _BeliefDisplay(SampledSystem):
-    """System that shows the belief next to the scene, and ends a presentation at a visitor's wish.
+    """System that shows the belief next to the scene.
+
+    It ends a presentation at a visitor's wish.
 
     Input ports:
         posterior: Belief given the samples so far, ObjectBelief.

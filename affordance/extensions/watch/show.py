@@ -1,4 +1,4 @@
-"""Presentations of one of the paper's simulations to one observer, in real time, in the live scene."""
+"""Presents a simulation of the paper to one observer, in real time, in the live scene."""
 
 from collections.abc import Sequence
 
@@ -32,7 +32,7 @@ _DONE = "Choose what comes next."
 
 
 class Show:
-    """Presentations of an experiment to one observer, at the pace of the wall."""
+    """Presentations of an experiment to one observer, in real time."""
 
     def __init__(self, name: str, setup: Setup) -> None:
         """Opens the scene, and plans the task of Simulation III or IV."""
@@ -57,7 +57,7 @@ class Show:
         self._runner = TrialRunner(self._settings, display=self.scene.add_to)
 
     def run(self) -> None:
-        """Presents all objects and does what visitors wish, until an interruption."""
+        """Presents all objects and fulfils visitors' wishes, until an interruption."""
         place, is_decoy = 0, False
         while True:
             wish = self._hold(self._tools[place % len(self._tools)], is_decoy=is_decoy) or self._do_task()
@@ -73,7 +73,10 @@ class Show:
                 place = (place + 1) % len(self._tools)
 
     def _hold(self, tool: Tool, *, is_decoy: bool) -> Wish | None:
-        """Presents an object, from which the observer learns unless a wish ends it before; returns the wish."""
+        """Presents an object and returns a visitor's wish.
+
+        The observer learns from it unless a wish ends it before.
+        """
         density, size = self.scene.factors
         tool = tool.scaled(density * (_DECOY if is_decoy else 1.0), size)
         self.scene.announce("decoy" if is_decoy else "held", tool, self._memory)
@@ -91,13 +94,19 @@ class Show:
         return None
 
     def _advance(self, simulator: Simulator, end: float) -> Wish | None:
-        """Advances a presentation in real time to a time, [s], or to a wish, which is returned."""
+        """Advances a presentation in real time to a time, [s], or to a wish.
+
+        The wish is returned.
+        """
         simulator.set_target_realtime_rate(1.0)
         simulator.AdvanceTo(end)
         return self.scene.take_wish()
 
     def _do_task(self) -> Wish | None:
-        """Chooses a grip of the novel tool by the present belief, and does the task with it; returns a wish."""
+        """Chooses a grip of the novel tool by the present belief, and does the task.
+
+        Returns a wish.
+        """
         if self._task is None:
             return None
         rng = np.random.default_rng([self._setup.seed, 0, self._trial, Stream.PAPER])
@@ -120,7 +129,7 @@ class Show:
         return self.scene.take_wish()
 
     def _judge(self, chosen: str) -> str:
-        """Describes whether a grip is the cheapest at the true densities."""
+        """Compares a grip with the cheapest at the true densities."""
         parameters = np.array([self._grips[option.grip].parameters for option in self._choice.options])
         costs = self._choice.compute_costs(parameters[:, None])
         cost = np.where(costs.feasible, costs.cost, np.inf)[:, 0]
@@ -130,7 +139,10 @@ class Show:
 
 
 def _begin(name: str, setup: Setup) -> tuple[Sequence[Tool], float, tuple[Reach | Hammer, Tool] | None]:
-    """Returns the objects in an observer's order, the duration of a hold, [s], and the task with its tool, if any."""
+    """Returns the objects in an observer's order, the hold duration, [s], and the task.
+
+    The task has its tool; None if there is no task.
+    """
     if name == "weight":
         return weight.read(setup), weight.DURATION, None
     if name == "com":
