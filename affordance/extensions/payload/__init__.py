@@ -1,1 +1,1 @@
-"""Payloads identified from recordings, and motions that excite them."""
+"""Identification of payloads from recordings, and motions that excite them."""

@@ -1,9 +1,9 @@
-"""Contradictions of a run and its description by the arm's own weight: sign, gravity, frame and delay.
+"""Compares a run with its description, based on the arm's own weight.
 
-A robot's file predicts the torques due to the arm's own weight to within a factor of two, whatever the payload. If
-the signals follow these torques much better with the opposite sign, with gravity along another axis, or at another
-time, the description is wrong. If they do not follow them at all and are close to zero, the controller has subtracted
-them.
+Checked are sign, gravity, frame and delay. A robot's file predicts the torques due to the arm's own weight to within
+a factor of two, whatever the payload. If the signals follow these torques much better with the opposite sign, with
+gravity along another axis, or at another time, the description is wrong. If they do not follow them at all and are
+close to zero, the controller has subtracted them.
 """
 
 from typing import NamedTuple
@@ -41,7 +41,9 @@ _ALONG = np.cos(np.radians(5.0))
 
 
 def find_contradictions(robot: SerialChain, run: Run, settings: IdentificationSettings) -> tuple[str, ...]:
-    """Finds where a run contradicts its description, judging by the arm's own weight; one sentence each.
+    """Finds contradictions between a run and its description, one sentence each.
+
+    The arm's own weight is the reference.
 
     The run's joints must be in the order of the arm's.
     """
@@ -60,7 +62,7 @@ def find_contradictions(robot: SerialChain, run: Run, settings: IdentificationSe
 def _compare_joints(
     robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask
 ) -> tuple[str, ...]:
-    """Compares a run of joint signals with its description: gravity, signs, compensation and delay."""
+    """Compares joint signals with their description: gravity, signs, compensation and delay."""
     length = float(np.linalg.norm(robot.gravity_W))
     directions = np.concatenate([robot.gravity_W[None] / length, _AXES])
     fits = [_fit(robot.with_gravity(length * each), thin, thin.signal, used) for each in directions]
@@ -120,7 +122,7 @@ def _describe_signs(robot: SerialChain, turned: Mask, judged: Mask) -> str:
 
 
 class _Fit(NamedTuple):
-    """Regression of each joint's signal on its own-weight torque and friction, shape (n,) each."""
+    """Regression of each joint's signal on own-weight torque and friction, (n,) each."""
 
     gain: Array  # signal per torque
     error: Array  # standard error of the gain
@@ -130,7 +132,10 @@ class _Fit(NamedTuple):
 
 
 def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _Fit:
-    """Fits signals of joints, shape (N, n), with own-weight torque, load friction, friction and an offset."""
+    """Fits joint signals, (N, n), with own-weight torque and friction.
+
+    There is also friction that grows with load, and an offset.
+    """
     torque = robot.compute_arm_torques(*thin.motion)
     n = torque.shape[1]
     values = np.zeros((5, n))
@@ -155,12 +160,14 @@ def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _F
 
 
 def _build_friction(v: Array) -> Array:
-    """Builds the columns of friction and offset at velocities of one joint, (N,); shape (N, 3)."""
+    """Builds friction and offset columns for one joint's velocities, (N,); (N, 3)."""
     return np.column_stack([np.sign(v), v, np.ones_like(v)])
 
 
 def _find_subtracted(robot: SerialChain, thin: PreparedRun, used: Mask) -> str:
-    """Describes what a controller has subtracted from the signals; empty if they contain the arm's own weight.
+    """Describes torques that a controller has subtracted from the signals.
+
+    Empty if the signals contain the arm's own weight.
 
     Beyond friction and the inertia of the links, such signals vary much less than the torque due to gravity does.
     """
@@ -186,13 +193,16 @@ def _find_subtracted(robot: SerialChain, thin: PreparedRun, used: Mask) -> str:
 
 
 def _judge(fit: _Fit) -> Mask:
-    """Returns a mask of the joints that the arm's own weight loads enough, shape (n,)."""
+    """Returns a mask of the joints with enough own weight, shape (n,)."""
     judged: Mask = fit.torque_sd > _JUDGED * max(float(fit.torque_sd.max()), 1e-9)
     return judged
 
 
 def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> float:
-    """Finds the delay of the signals, [s]; zero unless another time fits much better."""
+    """Finds the delay of the signals, [s].
+
+    It is zero unless another time fits much better.
+    """
     if not used.any() or not prepared.v.any():
         return 0.0
     inside = (thin.times >= thin.times[0] - _LAGS[0]) & (thin.times <= thin.times[-1] - _LAGS[-1])
@@ -215,7 +225,7 @@ def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used
 
 
 def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
-    """Compares the forces of a wrist sensor with the description: their sign, gravity and the sensor's mounting."""
+    """Compares a wrist sensor's forces with the description: sign, gravity and mounting."""
     every = max(1, len(run.times) // _MOST)
     q, forces = run.q[::every], run.signal[::every, :3]
     length = float(np.linalg.norm(robot.gravity_W))
@@ -249,7 +259,7 @@ def _compare_wrench(robot: SerialChain, run: Run) -> tuple[str, ...]:
 
 
 def _are_in_base(rotations: Array, regressors: Array, moments: Array) -> bool:
-    """Returns whether moments follow the load only once they are turned from the base's axes to the sensor's.
+    """Returns True if moments follow the load only in the base's axes.
 
     Args:
         rotations: Rotations from the base to the sensor, up to a common sign, shape (N, 3, 3).
@@ -261,14 +271,17 @@ def _are_in_base(rotations: Array, regressors: Array, moments: Array) -> bool:
 
 
 def _leave(regressors: Array, signal: Array) -> float:
-    """Computes the share of a signal's variation, shape (N, 3), that regressors, shape (N, 3, k), leave."""
+    """Computes the share of a signal's variation that regressors do not explain.
+
+    The signal is (N, 3), the regressors (N, 3, k).
+    """
     A, b = ((each - each.mean(axis=0)).reshape(signal.size, -1) for each in (regressors, signal))
     solution = np.linalg.lstsq(A, b)[0]
     return float(np.sum((b - A @ solution) ** 2)) / max(float(np.sum(b**2)), 1e-30)
 
 
 def _find_wrench_lag(robot: SerialChain, run: Run, settings: IdentificationSettings) -> tuple[str, ...]:
-    """Finds forces of a wrist sensor that follow the joint angles much better at another time."""
+    """Finds wrist forces that fit the joint angles much better at another time."""
     if run.description.postures:
         return ()
     prepared = prepare(run, settings)
@@ -289,7 +302,7 @@ def _find_wrench_lag(robot: SerialChain, run: Run, settings: IdentificationSetti
 
 
 def _compare_frame(expected: Array, forces: Array, whole: float) -> tuple[str, ...]:
-    """Compares forces, shape (N, 3), with those of a sensor that is rotated in its mounting."""
+    """Compares forces, (N, 3), with the forces on a rotated sensor."""
     U, S, Vt = np.linalg.svd(forces.T @ expected)
     R = Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ U.T  # from the sensor's frame to the tip's
     turned = forces @ R.T
@@ -306,7 +319,7 @@ def _compare_frame(expected: Array, forces: Array, whole: float) -> tuple[str, .
 
 
 def describe_direction(direction: Array) -> str:
-    """Names the axis along which a unit vector points, or lists the vector's components."""
+    """Names the axis of a unit vector, or lists its components."""
     along = _AXES @ direction
     if along.max() > _ALONG:
         return _AXIS_NAMES[int(along.argmax())]

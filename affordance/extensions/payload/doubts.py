@@ -1,4 +1,4 @@
-"""Reasons to doubt an identification, from its recordings and its result.
+"""Finds reasons to doubt an identification in its recordings and result.
 
 The reference is the torque due to the arm's own weight, which a robot's file predicts to within a factor of two,
 whatever the payload. Signals that do not follow it have wrong signs, units, joints, gravity or times, or come from
@@ -126,7 +126,7 @@ _MOST_APART, _SHORTEST_HALF = 4.0, 4.0
 
 
 class OwnWeight(NamedTuple):
-    """Regression of a run's signals on the torques due to the arm's own weight."""
+    """Regression of a run's signals on torques due to the arm's own weight."""
 
     # Signal per torque, fitted together with friction and rotor inertia, shape (n,), [unit of the signal per N m].
     gain: Array
@@ -144,7 +144,7 @@ def find_doubts(
     before: Gains,
     settings: IdentificationSettings,
 ) -> tuple[str, ...]:
-    """Finds the reasons to doubt a belief, one sentence each.
+    """Finds reasons to doubt a belief, one sentence each.
 
     The arm must have the gravity of the runs, and the runs the joint order of the arm. ``before`` has the gains as
     known before the loaded run, drift included, or as calibrated in it.
@@ -168,7 +168,10 @@ def find_doubts(
 
 
 def compare_with_own_weight(robot: SerialChain, run: Run, settings: IdentificationSettings) -> OwnWeight:
-    """Compares a run of joint signals with the torques of the arm alone, under the gravity of the run."""
+    """Compares joint signals with the torques of the arm alone.
+
+    Gravity is the run's.
+    """
     robot = robot.with_gravity(run.description.gravity)
     prepared = prepare(run, settings)
     torque = robot.compute_arm_torques(*prepared.motion)
@@ -196,7 +199,7 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
 
 
 def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> Array:
-    """Compares gains estimated from the arm's own weight in an empty run with known gains.
+    """Compares gains from the arm's own weight in an empty run with known gains.
 
     Returns: The ratios and their relative standard errors, shape (n, 2); NaN for joints that cannot be judged.
     """
@@ -209,7 +212,7 @@ def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: Identificati
 def _judge_controller(
     robot: SerialChain, empty: Run, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Compares the signal due to the arm's own weight with that of the run in which the gains were estimated."""
+    """Compares own-weight signals with those of the run that gave the gains."""
     if before.own_weight is None or empty.description.compensates_arm:
         return
     now, prior = weigh_arm(robot, empty, before, settings), settings.get_prior(before.kind)
@@ -226,7 +229,10 @@ def _judge_controller(
 
 
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:
-    """Checks that a run is long enough to determine the gains, unless a load was weighed or a motion repeated."""
+    """Checks that a run is long enough to determine the gains.
+
+    A weighed load or a repeated motion passes.
+    """
     duration = float(run.times[-1] - run.times[0])
     if not before.is_by_weight or belief.fit.evidence.is_repeated:
         return
@@ -246,7 +252,7 @@ def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[
 def _judge_signals(
     robot: SerialChain, run: Run, factor: float, belief: PayloadBelief, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Compares a run's signals with the torques due to the arm's own weight, which may be wrong by a factor."""
+    """Compares a run's signals with own-weight torques, which may be wrong by a factor."""
     own = compare_with_own_weight(robot, run, settings)
     bound = _LEAST_EXPLAINED if factor == _MOST_FILE_FACTOR else _LEAST_EXPLAINED_LOADED
     unit = run.description.kind.unit
@@ -287,7 +293,7 @@ def check_sensors(run: Run) -> None:
 
 
 def _find_late(run: Run) -> Iterator[str]:
-    """Finds velocities that are late or early relative to their angles, which distorts computed torques."""
+    """Finds velocities with a delay relative to their angles, which distorts torques."""
     if run.v is None:
         return
     moves = np.flatnonzero(np.ptp(run.q, axis=0) > _LEAST_RANGE)
@@ -301,7 +307,7 @@ def _find_late(run: Run) -> Iterator[str]:
 
 
 def _find_stuck(run: Run) -> Iterator[str]:
-    """Finds signals that repeat exactly the same value while their joint moves."""
+    """Finds signals that repeat the same value while their joint moves."""
     for j, name in enumerate(run.description.joint_names):
         # Rows at which the signal takes another value, and the rows before them.
         first = np.concatenate([[0], np.flatnonzero(np.diff(run.signal[:, j])) + 1])
@@ -320,7 +326,10 @@ def _find_stuck(run: Run) -> Iterator[str]:
 def _judge_fit(
     robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Checks gains, residual and halves of a fit to joint signals, and yields one sentence per doubt."""
+    """Checks gains, residual and halves of a joint fit.
+
+    Yields one sentence per doubt.
+    """
     evidence = belief.fit.evidence
     torque_sd = evidence.arm_torque.std(axis=0)
     strength = _compute_strength(robot)
@@ -352,7 +361,10 @@ def _judge_fit(
 def _judge_wrench(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Checks tare, mass, gains, residual and halves of a fit to a wrist sensor, and yields one sentence per doubt."""
+    """Checks tare, mass, gains, residual and halves of a wrist fit.
+
+    Yields one sentence per doubt.
+    """
     evidence = belief.fit.evidence
     tare, tare_sd = evidence.phantom[0], np.sqrt(evidence.phantom_covariance[0, 0])
     if tare < -_MOST_HALF_SDS * tare_sd:
@@ -374,7 +386,7 @@ def _judge_wrench(
 
 
 def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
-    """Compares gains with what was known before the run, unless a weighed load calibrated them."""
+    """Compares gains with prior knowledge, unless a weighed load calibrated them."""
     if belief.calibration is not None:
         return
     shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(np.maximum(before.covariance[:, 0, 0], 1e-30))
@@ -402,7 +414,10 @@ def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
 
 
 def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> Iterator[str]:
-    """Compares the errors with those of the runs that calibrated the gains or show the empty arm."""
+    """Compares errors with those of other runs.
+
+    These calibrated the gains or show the empty arm.
+    """
     fit = belief.fit
     bare = replace(fit.evidence, least_variance=np.zeros(1)).build_error_model(settings)
     variance = bare.estimate_variance(fit.statistics, fit.weights)
@@ -430,9 +445,11 @@ def _judge_changes(
     judged: NDArray[np.intp],
     settings: IdentificationSettings,
 ) -> Iterator[str]:
-    """Tests whether the gains of the judged joints changed since the empty run, first together, then one by one.
+    """Tests if gains changed since the empty run.
 
-    Errors of a fitted arm, and those of a few postures, look like such a change: only repeated motions are tested.
+    Judged joints are tested together, then one by one.
+
+    Only repeated motions are tested, because errors of a fitted arm or of a few postures look like such a change.
     """
     if not judged.size:
         return
@@ -457,7 +474,10 @@ def _judge_changes(
 def _judge_halves(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Compares the masses of the two halves of the run, under the same gains or under those of the other half."""
+    """Compares the masses from the two halves of the run.
+
+    Gains are the same, or those of the other half.
+    """
     if belief.calibration is not None:
         halves = belief.halves
         if (
@@ -487,7 +507,7 @@ def _judge_halves(
 
 
 def _judge_gains(robot: SerialChain, belief: PayloadBelief, judged: Mask) -> Iterator[str]:
-    """Finds implausible gains among the judged joints, as far as the run determines them."""
+    """Finds implausible gains of judged joints, as far as the run determines them."""
     evidence = belief.fit.evidence
     if belief.calibration is not None:  # including the uncertainty of the body
         gains, covariance = belief.calibration.mean, belief.calibration.covariance
@@ -511,7 +531,10 @@ def _judge_gains(robot: SerialChain, belief: PayloadBelief, judged: Mask) -> Ite
 
 
 def _leaves_much(belief: PayloadBelief) -> bool:
-    """Returns whether the fit leaves much of the load's signal unexplained at a joint that the load affects."""
+    """Returns True if much of the load's signal is unexplained.
+
+    Only joints that the load affects count.
+    """
     load_sd = (belief.fit.evidence.samples.Y @ belief.parameters).std(axis=0)
     turned = load_sd >= _LEAST_LOAD_TORQUE * load_sd.max()
     left = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * load_sd, 1e-30)
@@ -521,7 +544,7 @@ def _leaves_much(belief: PayloadBelief) -> bool:
 def _compare_alternatives(
     robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Tries two other interpretations: the opposite load, and neighbouring joints exchanged."""
+    """Tests two other interpretations: the opposite load, and exchanged joints."""
     if belief.calibration is not None:  # the gains follow from the interpretation that is tested
         before = before.widen()
     evidence = belief.fit.evidence
@@ -559,7 +582,10 @@ def _compare_alternatives(
 
 
 def _compute_strength(robot: SerialChain) -> float:
-    """Computes the gravity torque of the strongest joint, root mean square over all postures, [N m]."""
+    """Computes the strongest joint's gravity torque, [N m].
+
+    It is the root mean square over all postures.
+    """
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (_NUM_POSTURES, robot.num_joints))
     torque = robot.compute_arm_torques(q, np.zeros_like(q), np.zeros_like(q))
     return max(float(np.sqrt((torque**2).mean(axis=0)).max()), 1e-9)

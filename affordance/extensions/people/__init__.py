@@ -1,1 +1,1 @@
-"""Simulated and real people: lifts in closed form, predictions for experiments, fits of learners to pushes."""
+"""Simulated and real people: closed-form lifts, predictions, and fits of learners to pushes."""

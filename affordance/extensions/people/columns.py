@@ -1,4 +1,7 @@
-"""Columns of tables that are read; others, such as those that the program writes itself, are ignored or passed on."""
+"""Columns of tables that the program reads.
+
+Other columns are ignored or passed on.
+"""
 
 # Of a table of lifts; ``force`` is the push, [N].
 LIFT_COLUMNS = (

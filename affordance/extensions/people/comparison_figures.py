@@ -1,4 +1,4 @@
-"""Figures of a comparison of learners: their scores, and people's pushes next to what learners predict."""
+"""Figures of a comparison of learners: scores, and people's and predicted pushes."""
 
 import itertools
 import math
@@ -20,7 +20,7 @@ _MOST_OBJECTS, _MOST_COLUMNS = 6, 3  # objects with a panel, the most lifted one
 
 
 def draw_scores(found: Comparison) -> Figure:
-    """Draws the log score of each learner behind the best, a line for each participant."""
+    """Plots each learner's log score relative to the best, with a line per participant."""
     figure = Figure(figsize=(7.0, 0.5 * len(found.scores) + 1.6), layout="constrained")
     axes, names = figure.add_subplot(), [*found.scores]
     scores = np.array([*found.scores.values()])
@@ -38,10 +38,12 @@ def draw_scores(found: Comparison) -> Figure:
 
 
 def draw_pushes(found: Comparison, lifts: Lifts) -> Figure:
-    """Draws people's mean push in successive lifts of each object, and what each learner predicts for the same lifts.
+    """Plots people's mean push in successive lifts, and each learner's prediction.
 
-    A prediction is that of the learner as fitted to the person, one lift ahead: given the pushes before. Means are
-    over the people whose push in that lift is known.
+    Each object has its own panel.
+
+    A prediction is one lift ahead, from a learner that was fitted to the person. Means are over the people with a
+    known push in that lift.
     """
     objects = np.concatenate([person.objects for person in lifts.people])
     kinds, counts = np.unique(objects, return_counts=True)
@@ -68,7 +70,7 @@ def draw_pushes(found: Comparison, lifts: Lifts) -> Figure:
 
 
 def _draw_object(axes: Axes, found: Comparison, lifts: Lifts, kind: int) -> None:
-    """Draws the lifts of one object."""
+    """Plots the lifts of one object."""
     people, tool = lifts.people, lifts.tools[kind]
     places = [np.flatnonzero(person.objects == kind) for person in people]
     pushes = _align([person.pushes for person in people], places)
@@ -97,7 +99,10 @@ def _draw_object(axes: Axes, found: Comparison, lifts: Lifts, kind: int) -> None
 
 
 def _align(values: list[Array], places: list[NDArray[np.intp]]) -> Array:
-    """Arranges each person's values in successive lifts of an object, (people, lifts); NaN after the last."""
+    """Arranges each person's values in successive lifts of an object, (people, lifts).
+
+    They are NaN after the last lift.
+    """
     found = np.full((len(values), max(map(len, places))), np.nan)
     for row, (own, place) in enumerate(zip(values, places, strict=True)):
         found[row, : len(place)] = own[place]

@@ -1,4 +1,7 @@
-"""Fits a learner to people's lifts, separately or pooled; returns an xarray DataTree that ArviZ 1 can read."""
+"""Fits a learner to people's lifts, separately or pooled.
+
+The result is an xarray DataTree for ArviZ 1.
+"""
 
 import io
 import itertools
@@ -60,7 +63,7 @@ _MOST_PARTICLES = 800  # for participants whose noise is larger
 
 @dataclass(frozen=True)
 class Question:
-    """Lifts, learner and free parameters of a fit, with the settings of the sampler.
+    """Problem of a fit: lifts, learner, free parameters and sampler settings.
 
     Attributes:
         lifts: Lifts of participants.
@@ -91,7 +94,10 @@ class Question:
     )
 
     def __post_init__(self) -> None:
-        """Raises a BadValueError if the fit would take too much memory or time."""
+        """Checks that the fit does not take too much memory or time.
+
+        Otherwise a BadValueError is raised.
+        """
         if self.draws * self.particles > self.most_rows:
             most = self.most_rows // self.particles
             problem = f"is {self.draws}, must be at most {most} with {self.particles} particles and these lifts"
@@ -99,7 +105,10 @@ class Question:
 
     @cached_property
     def most_rows(self) -> int:
-        """Largest product of draws and particles; objects that look the same are one."""
+        """Largest product of draws and particles.
+
+        Objects that look the same count as one.
+        """
         lifter, people = StaticLifter(self.lifts.tools, self.settings), self.lifts.people
         things = 1 + max(int(lifter.identify_all(each.objects, each.teaches).max()) for each in people)
         lifts = max(len(each.objects) for each in people)
@@ -111,19 +120,21 @@ class Question:
         return [each.name for each in self.free]
 
     def convert(self, normal: Array) -> Array:
-        """Converts standard normal numbers, (D, F), to values of the free parameters, (D, F)."""
+        """Converts standard normal numbers to values of the free parameters, (D, F) each."""
         return np.column_stack([each.convert(normal[:, column]) for column, each in enumerate(self.free)])
 
     def compute(self, place: int, normal: Array, repeats: Sequence[int] = ()) -> Array:
-        """Computes log likelihoods of one participant's N pushes for D draws, both (D, ...); returns (D, N)."""
+        """Computes log likelihoods of one participant's N pushes for D draws, (D, N)."""
         return self.filter(place, normal, repeats).log_density
 
     def filter(self, place: int, normal: Array, repeats: Sequence[int] = ()) -> Filtered:
-        """Computes log likelihoods, and means one step ahead, of one participant's N pushes for D draws, (D, ...).
+        """Computes log likelihoods and predicted means of one participant's N pushes.
 
-        If the learner has one or two free parameters, courses are drawn on a grid of their values, and what is
-        computed is interpolated between these. Draws with different ``repeats``, (D,), have different random
-        numbers; 0, the default, are those of the fit.
+        Means are one step ahead; there are D draws, (D, ...).
+
+        If the learner has one or two free parameters, courses are drawn on a grid of their values, and results are
+        interpolated. Draws with different ``repeats``, (D,), have different random numbers; 0, the default, has the
+        fit's.
         """
         (own, pushed), numbers = split_free(self.free), np.array(repeats or [0] * len(normal))
         participant, free = with_participant(self.settings).participant, [self.free[i] for i in pushed]
@@ -148,9 +159,12 @@ class Question:
     def _find_courses(
         self, place: int, nodes: NDArray[np.intp], numbers: NDArray[np.intp]
     ) -> tuple[Courses, NDArray[np.intp]]:
-        """Finds courses for nodes of the grid, (D, F), and numbers of random streams, (D,), kept or drawn now.
+        """Finds courses for grid nodes, (D, F), and numbers of random streams, (D,).
+
+        They come from the cache or are drawn now.
 
         Returns: Courses, and which of them each of the D has, (D,).
+
         """
         wanted, places = np.unique(np.column_stack([nodes, numbers]), axis=0, return_inverse=True)
         keys = [(place, *each) for each in wanted.tolist()]
@@ -163,7 +177,10 @@ class Question:
         return Courses(*map(np.concatenate, zip(*(self._kept[key] for key in keys), strict=True))), places.ravel()
 
     def _draw_courses(self, place: int, normal: Array, numbers: NDArray[np.intp]) -> Courses:
-        """Draws courses for K values of the learner's parameters, (K, F), and numbers of random streams, (K,)."""
+        """Draws courses for K values of the learner's parameters, (K, F).
+
+        ``numbers``, (K,), select random streams.
+        """
         own = [self.free[i] for i in split_free(self.free)[0]]
         values = [each.convert(column) for each, column in zip(own, normal.T, strict=True)]
         return draw_courses(
@@ -183,7 +200,9 @@ class Question:
         return stack(run_tasks(tasks, jobs=self.jobs, description="fit"))
 
     def estimate_noise(self, normal: Array) -> Array:
-        """Estimates the SD of each participant's log likelihood over the particles' random numbers, (participants,).
+        """Estimates the SD of each participant's log likelihood, (participants,).
+
+        It comes from the particles' random numbers.
 
         The learner's parameters are taken at the nearest node of their grid, if there is one.
 
@@ -195,14 +214,14 @@ class Question:
         return np.array([_find_noise(each) for each in found])
 
     def _repeat(self, place: int, normal: Array) -> Filtered:
-        """Filters a participant's pushes for one draw with several streams of random numbers."""
+        """Filters a participant's pushes for one draw with several random streams."""
         (own, _), normal = split_free(self.free), normal.copy()
         if len(own) <= _MOST_ON_GRID:
             normal[own] = _STEP * np.rint(normal[own] / _STEP)
         return self.filter(place, np.tile(normal, (_NOISE_REPEATS, 1)), range(1, _NOISE_REPEATS + 1))
 
     def draw_prior(self) -> Array:
-        """Draws standard normal numbers for the free parameters from the prior, (D, F)."""
+        """Draws standard normal numbers for the free parameters, (D, F)."""
         return draw_prior(self.draws, len(self.free), self.seed)
 
 
@@ -211,13 +230,13 @@ def _find_noise(repeats: Filtered) -> float:
 
 
 def find_best(question: Question, found: Draws) -> Array:
-    """Finds the most probable draw of a pooled fit for each participant, (participants, F)."""
+    """Finds each participant's most probable draw of a pooled fit, (participants, F)."""
     best = found.normal[found.log_likelihoods.reshape(len(found.normal), -1).sum(axis=1).argmax()]
     return np.tile(best, (len(question.lifts.people), 1))
 
 
 def warn_of_noise(names: Sequence[str], noise: Sequence[float] | Array) -> list[str]:
-    """Returns a warning for each name whose log likelihood is too noisy."""
+    """Returns a warning for each name with a noisy log likelihood."""
     pairs = zip(names, noise, strict=True)
     return [
         f"warning: {name}: not to be relied on; with other random numbers the log likelihood has an SD of {sd:.1f}, "
@@ -228,13 +247,16 @@ def warn_of_noise(names: Sequence[str], noise: Sequence[float] | Array) -> list[
 
 
 def stack(parts: Sequence[Array]) -> Array:
-    """Stacks participants' arrays, (D, N) each, to (D, participants, N), padded with zeros."""
+    """Stacks participants' arrays, (D, N) each, to (D, participants, N).
+
+    Missing entries are zero.
+    """
     longest = max(each.shape[1] for each in parts)
     return np.stack([np.pad(each, ((0, 0), (0, longest - each.shape[1]))) for each in parts], axis=1)
 
 
 class PersonFit(NamedTuple):
-    """Fit to one participant; all chains are concatenated."""
+    """Fit to one participant, with all chains concatenated."""
 
     draws: Draws
     noise: float  # SD of the log likelihood at the best draw over the particles' random numbers
@@ -249,8 +271,7 @@ def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
 
     Args:
         question: Question.
-        folder: Folder in which finished participants are kept, and from which they are taken if nothing has changed
-            that they depend on; None to keep none.
+        folder: Folder that caches finished participants until an input changes; None for no cache.
     """
     people, jobs = range(len(question.lifts.people)), question.jobs
     if folder is None:
@@ -268,7 +289,7 @@ def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
 
 
 def _list_arrays(question: Question, place: int) -> dict[str, NDArray[Any]]:
-    """Fits one participant; returns arrays by name, to be kept in a file."""
+    """Fits one participant. Returns arrays by name, as stored in a file."""
     fit = _fit_one(question, place)
     numbers = {**fit.draws._asdict(), **{name: getattr(fit, name) for name in ("noise", "particles", "predicted")}}
     return {name: np.asarray(value) for name, value in numbers.items()}
@@ -298,7 +319,10 @@ def _fit_one(question: Question, place: int) -> PersonFit:
 
 
 def fit_pooled(question: Question) -> Draws:
-    """Draws from the posterior of parameters shared by all participants, with all chains concatenated."""
+    """Draws from the posterior of parameters that all participants share.
+
+    All chains are concatenated.
+    """
     return merge(
         [
             sample(chain.compute_all, len(chain.free), count=chain.draws, moves=chain.moves, seed=chain.seed)
@@ -308,13 +332,13 @@ def fit_pooled(question: Question) -> Draws:
 
 
 def _split_chains(question: Question) -> list[Question]:
-    """Returns one question for each chain; the first chain has the original seed."""
+    """Returns one problem for each chain. The first chain has the original seed."""
     others = np.random.SeedSequence(question.seed).generate_state(question.chains - 1)
     return [replace(question, seed=seed, chains=1) for seed in (question.seed, *map(int, others))]
 
 
 def describe_fit(question: Question, found: Draws | Sequence[Draws]) -> xr.DataTree:
-    """Builds a tree of datasets from a fit, with the group names of ArviZ.
+    """Builds a tree of datasets from a fit, with ArviZ's names of groups.
 
     Args:
         question: Question that was fitted.
@@ -359,7 +383,7 @@ def describe_fit(question: Question, found: Draws | Sequence[Draws]) -> xr.DataT
 
 
 def _pad(rows: Sequence[Array], value: float) -> Array:
-    """Stacks arrays after padding each with a value at the end of its last dimension."""
+    """Stacks arrays, padded with a value at the end of the last dimension."""
     size = max(np.shape(each)[-1] for each in rows)
     return np.array([_lengthen(np.asarray(each, float), size, value) for each in rows])
 
@@ -370,7 +394,9 @@ def _lengthen(row: Array, size: int, value: float) -> Array:
 
 
 def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
-    """Rearranges a fit's log likelihood for ``arviz.loo`` and ``arviz.compare``, which reject missing values.
+    """Rearranges a log likelihood for ``arviz.loo`` and ``arviz.compare``.
+
+    Both reject missing values.
 
     Args:
         tree: Fit.
@@ -391,7 +417,9 @@ def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
 
 
 def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Array:
-    """Computes the log score of each push, one step ahead, (N,): its log density given all pushes before it.
+    """Computes the log score of each push one step ahead, (N,).
+
+    It is the log density given all pushes before it.
 
     Args:
         log_likelihoods: Log densities of N pushes for D draws, (D, N).
@@ -407,7 +435,7 @@ def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Arr
 
 
 def leave_out(log_likelihoods: Array) -> tuple[Array, Array]:
-    """Scores the pushes of each participant one step ahead, under the posterior given all others.
+    """Computes each participant's one-step-ahead scores under the posterior of the others.
 
     Pooled posterior draws are weighted by the inverse of their likelihood for the participant that is left out.
 
@@ -442,7 +470,10 @@ def _write(dataset: xr.Dataset, path: Path) -> None:
 
 
 def read_fit(folder: Path) -> xr.DataTree:
-    """Reads a fit that ``write_fit`` wrote, as a tree for ArviZ; a damaged file raises a BadValueError."""
+    """Reads a fit from ``write_fit`` as a tree for ArviZ.
+
+    A damaged file raises a BadValueError.
+    """
     return xr.DataTree.from_dict({name: _read(folder / f"{name}.nc", name) for name in GROUPS})
 
 
@@ -458,7 +489,7 @@ def _read(path: Path, name: str) -> xr.Dataset:
 
 
 def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:
-    """Returns posterior mean, and 5 % and 95 % quantiles, of each free parameter."""
+    """Computes posterior mean, and 5 % and 95 % quantiles, of each free parameter."""
     values = question.convert(draws.normal)
     return {
         name: [float(column.mean()), *np.quantile(column, [0.05, 0.95]).tolist()]
@@ -467,7 +498,9 @@ def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:
 
 
 class Comparison(NamedTuple):
-    """Result of a comparison; mappings have the name of the learner as key.
+    """Result of a comparison of learners.
+
+    Mappings have the learner's name as key.
 
     Attributes:
         participants: Names of the participants.
@@ -484,13 +517,13 @@ class Comparison(NamedTuple):
     selection: Selection
 
     def find_best(self, by: str = "scores") -> list[str]:
-        """Returns the name of the best learner of each participant, by ``scores`` or ``bic``."""
+        """Finds the best learner of each participant, by ``scores`` or ``bic``."""
         names = [*self.scores]
         values = [self.scores[name] if by == "scores" else -self.bic[name] for name in names]
         return [names[place] for place in np.argmax(values, axis=0)]
 
     def tabulate(self) -> pd.DataFrame:
-        """Returns a table with one row per participant and learner, with differences from the best."""
+        """Tabulates participants and learners, with differences from the best learner."""
         rows = []
         for place, participant in enumerate(self.participants):
             best = max(each[place] for each in self.scores.values())
@@ -504,7 +537,10 @@ class Comparison(NamedTuple):
 
 
 def compare(questions: Sequence[Question], folder: Path | None = None) -> Comparison:
-    """Compares learners on the same lifts, one question per learner; ``folder`` keeps fits, as in ``fit_each``."""
+    """Compares learners on the same lifts, with one problem per learner.
+
+    ``folder`` caches fits, as in ``fit_each``.
+    """
     lifts = questions[0].lifts
     counts = np.array([np.isfinite(person.pushes).sum() for person in lifts.people])
     fits = {question.learner.name: fit_each(question, folder) for question in questions}

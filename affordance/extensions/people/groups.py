@@ -1,12 +1,12 @@
-"""Hierarchical fits of groups of people, from the draws of fits to single people.
+"""Hierarchical fits of groups of people, based on fits to single people.
 
     z_ip ~ N(mean_gp, spread_p^2)       parameter p of person i of group g
     mean_gp ~ N(0, 1/2),  spread_p^2 ~ 1/2 times chi-squared with one degree of freedom
 
-All are in the units of the parameter's prior: z is the normal score of a value, whose prior for a single person is
-N(0, 1). Its variance is the same here, one half between groups and one half within. The first stage draws from the
-posterior of each person alone. The second is a Gibbs sampler whose proposals for a person are these draws, weighted
-by N(z; mean, spread^2) / N(z; 0, 1) (Lunn and others 2013, J. R. Stat. Soc. C 62:551).
+All are in units of the parameter's prior: z is the normal score of a value, with the prior N(0, 1) for a single
+person. The total variance is the same here: one half between groups and one half within. The first stage draws from
+the posterior of each person alone. The second is a Gibbs sampler whose proposals for a person are these draws,
+weighted by N(z; mean, spread^2) / N(z; 0, 1) (Lunn and others 2013, J. R. Stat. Soc. C 62:551).
 """
 
 import itertools
@@ -27,7 +27,7 @@ _SPREADS = np.geomspace(0.02, 4.0, 200)
 
 
 class GroupDraws(NamedTuple):
-    """Draws from the posterior of G groups, S of them, in units of the parameters' priors.
+    """S draws from the posterior of G groups, in units of the parameters' priors.
 
     Attributes:
         means: Mean of each group, (S, G, F).
@@ -43,7 +43,7 @@ class GroupDraws(NamedTuple):
 
 
 def draw_groups(own: Sequence[Array], groups: Sequence[str], seed: int) -> GroupDraws:
-    """Draws means and spreads of groups, and the parameters of their people.
+    """Draws means and spreads of groups, and their people's parameters.
 
     Args:
         own: Draws of each of N people alone, (D, F) each, in standard normal numbers.
@@ -80,7 +80,7 @@ def draw_groups(own: Sequence[Array], groups: Sequence[str], seed: int) -> Group
 def describe_groups(
     free: Sequence[FreeParameter], people: Sequence[str], groups: Sequence[str], drawn: GroupDraws
 ) -> dict[str, Any]:
-    """Describes groups in the units of the parameters, with 90 % intervals, for fit.json.
+    """Describes groups in units of the parameters with 90 % intervals, for fit.json.
 
     Returns:
         ``groups``: median of each parameter in each group; ``spread``: SD of its logarithm (logit, of a fraction)
@@ -109,7 +109,7 @@ def describe_groups(
 
 
 def list_groups(description: dict[str, Any]) -> list[str]:
-    """Puts a description of groups into lines."""
+    """Formats a description of groups as lines."""
     lines = []
     for name, values in description["groups"].items():
         lines.append(f"group {name}: " + ", ".join(f"{key} {_show(value)}" for key, value in values.items()))
@@ -131,7 +131,7 @@ def list_groups(description: dict[str, Any]) -> list[str]:
 
 
 def _summarise(values: Array) -> list[float]:
-    """Returns median, and 5 % and 95 % quantiles."""
+    """Computes median, and 5 % and 95 % quantiles."""
     return [float(each) for each in np.quantile(values, [0.5, 0.05, 0.95])]
 
 

@@ -1,6 +1,6 @@
-"""Likelihood of one person's pushes, from a particle filter over a learner's states, and its free parameters.
+"""Likelihood of one person's pushes, by a particle filter over a learner's states.
 
-Two things are unobserved: what a person felt in a lift and, for learners that draw, which hypothesis was adopted.
+Two things are unobserved: a person's measurement in a lift and, for learners that draw, the adopted hypothesis.
 Particles draw both. Before each lift they are weighted by the probability density of the push (bootstrap filter), and
 resampled if the effective number is below half. A push affects nothing that is learned, so the courses of particles
 are drawn once for each value of the learner's parameters, and weighted for any value of the participant's. Rows of
@@ -40,7 +40,10 @@ _AVERAGED = 16
 
 @dataclass(frozen=True)
 class FreeParameter:
-    """Free parameter whose prior is normal in its logarithm, or in its logit if it is a fraction."""
+    """Free parameter with a normal prior of its logarithm.
+
+    For a fraction, it is the logit.
+    """
 
     name: str
     median: float
@@ -50,7 +53,7 @@ class FreeParameter:
     high: float
 
     def convert(self, normal: Array) -> Array:
-        """Converts standard normal numbers to values of the parameter, clipped to its bounds."""
+        """Converts standard normal numbers to values within the parameter's bounds."""
         moved = self.sd * normal
         value = expit(logit(self.median) + moved) if self.is_share else self.median * np.exp(moved)
         clipped: Array = np.clip(value, self.low, self.high)
@@ -100,7 +103,10 @@ def set_learner(learner: Learner, free: Sequence[FreeParameter], values: Array) 
 
 
 def set_participant(participant: Participant, free: Sequence[FreeParameter], values: Array) -> Participant:
-    """Returns a participant with the free parameters set to ``values``, (observers, parameters), and no spreads."""
+    """Returns a participant with free parameters set to ``values``, without spreads.
+
+    ``values`` are (observers, parameters).
+    """
     fixed = {name: getattr(participant, name) for name in OF_PARTICIPANTS}
     return Participant(**{**fixed, **_name_values(free, values)})
 
@@ -110,7 +116,7 @@ def _name_values(free: Sequence[FreeParameter], values: Array) -> dict[str, tupl
 
 
 def split_free(free: Sequence[FreeParameter]) -> tuple[list[int], list[int]]:
-    """Returns the places of the learner's and of the participant's parameters among free ones."""
+    """Finds the learner's and the participant's indices among free parameters."""
     is_pushed = [each.name in OF_PARTICIPANTS for each in free]
     return [i for i, it in enumerate(is_pushed) if not it], [i for i, it in enumerate(is_pushed) if it]
 
@@ -137,18 +143,21 @@ def _describe(name: str, learner: Learner, participant: Participant) -> FreePara
 
 
 class _SharedDraws:
-    """Random numbers for P particles of each of K parameter values, equal for all values with equal seeds."""
+    """Random numbers for P particles of each of K parameter values.
+
+    Equal seeds give equal numbers.
+    """
 
     def __init__(self, seeds: Sequence[tuple[int, ...]], particles: int) -> None:
         self._streams = {seed: np.random.default_rng(seed) for seed in seeds}
         self._seeds, self._particles = seeds, particles
 
     def random(self, size: tuple[int, ...], /) -> Array:
-        """Draws uniform numbers; the first dimension is that of rows."""
+        """Draws uniform numbers; the first dimension is for rows."""
         return self._draw({seed: rng.random((self._particles, *size[1:])) for seed, rng in self._streams.items()})
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
-        """Draws standard normal numbers; the first dimension is that of rows."""
+        """Draws standard normal numbers; the first dimension is for rows."""
         shape = (self._particles, *size[1:])
         return self._draw({seed: rng.standard_normal(shape) for seed, rng in self._streams.items()})
 
@@ -162,7 +171,9 @@ class _SharedDraws:
 
 
 class Courses(NamedTuple):
-    """Courses of one person's N lifts: P particles for each of K values of the learner's free parameters.
+    """Courses of one person's N lifts, for K values of the learner's free parameters.
+
+    Each value has P particles.
 
     Attributes:
         believed: Weights believed before each lift, (K, N, P), [N].
@@ -177,7 +188,7 @@ class Courses(NamedTuple):
     log_changes: Array
 
     def take(self, values: NDArray[np.intp]) -> "Courses":
-        """Returns the courses of some of the K values."""
+        """Selects the courses of some of the K values."""
         return Courses(self.believed[values], self.last[values], self.ancestors[values], self.log_changes[values])
 
 
@@ -246,7 +257,7 @@ def draw_courses(
 
 
 class Filtered(NamedTuple):
-    """Pushes given those before them, (D, N) each."""
+    """Pushes given the previous pushes, (D, N) each."""
 
     log_density: Array  # 0 for an unknown push
     predicted: Array  # mean, [N]
@@ -260,7 +271,7 @@ def filter_pushes(
     free: Sequence[FreeParameter],
     values: Array,
 ) -> Filtered:
-    """Computes the log probability density, and the mean, of each push given those before it.
+    """Computes the log density and mean of each push given the previous pushes.
 
     Args:
         person: Lifts of the person.
@@ -289,13 +300,15 @@ def filter_pushes(
 
 
 def _get_pushes(participant: Participant, free: Sequence[FreeParameter], values: Array) -> Pushes:
-    """Returns the parameters of pushes, (D, 1) each, with free values, (D, F)."""
+    """Returns the push parameters for free values, (D, F); (D, 1) each."""
     own = set_participant(participant, free, values)
     return Pushes(*(take(own, name, range(len(values)))[:, None] for name in OF_PARTICIPANTS))
 
 
 def _draw_anew(log_weights: Array, uniform: Array) -> tuple[NDArray[np.intp], Array]:
-    """Resamples the particles of K values, (K, P), systematically, by a uniform number each, where few are effective.
+    """Resamples the particles of K values, (K, P), systematically.
+
+    This happens where few are effective, by a uniform number each.
 
     Returns: Ancestor of each particle, (K, P), and the logarithm by which its weight changes, (K, P).
     """

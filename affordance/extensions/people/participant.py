@@ -1,4 +1,4 @@
-"""Participants: how they push before release, how they differ, and the settings of lifts in closed form.
+"""Participants: their pushes before release, their differences, and lift settings.
 
 A simulated arm pushes with exactly the believed weight. A person's push also has a random error, a gain and lapses,
 none of which affects learning. By default no parameter has an effect.
@@ -33,7 +33,7 @@ def _of_each(bound: Within) -> Checked:
 
 @dataclass(frozen=True)
 class Participant(CheckedFields):
-    """Parameters of a participant's pushes and heaviness judgements, and of differences between participants.
+    """Parameters of a participant's pushes, heaviness judgements and differences.
 
     Push error, gain and lapse are numbers, or sequences with one number per observer. Zero errors, lapses and spreads
     and a gain of 1 have no effect.
@@ -75,7 +75,7 @@ class Participant(CheckedFields):
 
 @dataclass(frozen=True)
 class LiftSettings(Settings):
-    """Settings of lifts that are computed in closed form.
+    """Settings of lifts in closed form.
 
     Attributes:
         participant: How simulated people push, and how they differ, in lifts that are computed in closed form.
@@ -85,7 +85,7 @@ class LiftSettings(Settings):
 
 
 def with_participant(settings: Settings) -> LiftSettings:
-    """Returns the settings with a participant, by default one without errors."""
+    """Returns the settings with a participant, by default without errors."""
     if isinstance(settings, LiftSettings):
         return settings
     return LiftSettings(**{each.name: getattr(settings, each.name) for each in fields(settings)})
@@ -120,12 +120,15 @@ class Pushes(NamedTuple):
         return mean * (1.0 + self.error * normal)
 
     def compute_mean(self, believed: Array, before: Array) -> Array:
-        """Computes the mean of pushes, [N], given the weights believed now and before, (B,)."""
+        """Computes the mean push, [N], from believed weights now and before, (B,)."""
         meant: Array = np.where(np.isfinite(before), (1.0 - self.lapse) * believed + self.lapse * before, believed)
         return self.gain * meant
 
     def compute_log_density(self, push: float, believed: Array, before: Array) -> Array:
-        """Computes the log probability density of a push, [N], given the weights believed now and before, (B,)."""
+        """Computes the log density of a push, [N].
+
+        It depends on the believed weights now and before, (B,).
+        """
         now = _log_normal(push, self.gain * believed, self.error)
         if not self.lapse.any() or not np.isfinite(before).all():
             return now
@@ -138,7 +141,7 @@ class Pushes(NamedTuple):
 def draw_participants(
     participant: Participant, learner: Learner, observers: Sequence[int], rng: Draws
 ) -> tuple[Pushes, Learner]:
-    """Draws the push parameters of B observers, and the parameters of their learner.
+    """Draws push parameters of B observers, and their learner's parameters.
 
     No random numbers are drawn if there is no spread.
     """
@@ -181,7 +184,7 @@ def list_own_values(pushes: Pushes, learner: Learner) -> dict[str, Array]:
 
 
 def compute_heaviness(felt: Array, expected: Array, exponent: float) -> Array:
-    """Computes judged heaviness, [N], from felt and expected weights, [N] (docs/heaviness.md)."""
+    """Computes judged heaviness from felt and expected weights, [N] (docs/heaviness.md)."""
     heaviness: Array = felt * (felt / expected) ** exponent
     return heaviness
 

@@ -1,8 +1,8 @@
-"""Posterior predictive checks of fits to single people: does the learner push as the person did?
+"""Posterior predictive checks: compares a person's pushes with simulated pushes.
 
 Each statistic of a person's pushes is compared with that of simulated people, whose parameters are drawn from the
-person's posterior, in the same lifts. A statistic fails if so few simulated people reach it that it would happen in
-one of twenty people for any of their statistics (Bonferroni).
+person's posterior, in the same lifts. A statistic fails if few simulated people reach it. The threshold gives one
+false alarm in twenty people (Bonferroni).
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ _MOST_OBJECTS = 8  # objects with statistics of their own, the most lifted ones
 
 
 class Statistic(NamedTuple):
-    """Statistic of one person's pushes, and of pushes that are simulated for this person."""
+    """Statistic of a person's pushes and of pushes simulated for this person."""
 
     name: str
     observed: float
@@ -64,7 +64,7 @@ def check_person(question: Question, place: int, normal: Array) -> list[Statisti
 
 
 def simulate_pushes(question: Question, place: int, normal: Array) -> Array:
-    """Simulates the person's lifts with parameters drawn from the posterior; returns pushes, (S, N), [N]."""
+    """Simulates the person's lifts with posterior parameters. Returns pushes, (S, N), [N]."""
     person, (own, pushed) = question.lifts.people[place], split_free(question.free)
     rng = np.random.default_rng([question.seed, place, 2])
     values = question.convert(normal[rng.integers(len(normal), size=_SIMULATED)])
@@ -86,10 +86,10 @@ def simulate_pushes(question: Question, place: int, normal: Array) -> Array:
 
 
 def compute_statistics(person: Person, names: list[str], pushes: Array) -> Mapping[str, Array]:
-    """Computes statistics of pushes in the person's lifts, (S, N); returns (S,) for each, by name.
+    """Computes statistics of pushes, (S, N), by name, (S,) each.
 
-    They are the first push and the mean of the last quarter, for each of the most lifted objects; the SD of pushes
-    about each object's mean, relative to it; and the correlation of these deviations with those of the push before.
+    They are the first push and the mean of the last quarter, for each of the most lifted objects. Others are the
+    relative SD of pushes about each object's mean, and the correlation of successive deviations.
     """
     known = np.isfinite(person.pushes)
     objects, pushes = person.objects[known], pushes[:, known]
@@ -116,7 +116,7 @@ def check_all(question: Question, own: Sequence[Array]) -> list[list[Statistic]]
 
 
 def list_checks(question: Question, checks: Sequence[Sequence[Statistic]]) -> list[str]:
-    """Puts checks into lines, one for each person, and a verdict."""
+    """Formats checks as lines, one per person, and a verdict."""
     lines, learner = [], question.learner.name
     for person, check in zip(question.lifts.people, checks, strict=True):
         failed = [each for each in check if each.fails]
@@ -131,7 +131,7 @@ def list_checks(question: Question, checks: Sequence[Sequence[Statistic]]) -> li
 
 
 def draw_checks(question: Question, checks: Sequence[Sequence[Statistic]]) -> Figure:
-    """Draws how far each statistic of each person is from simulated ones, in their SDs."""
+    """Plots each person's statistics relative to simulated ones, in their SDs."""
     names = list(dict.fromkeys(each.name for check in checks for each in check))
     z = np.full((len(names), len(checks)), np.nan)
     figure = Figure(figsize=(0.55 * len(checks) + 4.5, 0.36 * len(names) + 1.8), layout="constrained")

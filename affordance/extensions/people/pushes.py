@@ -1,4 +1,7 @@
-"""Reads people's (or simulated) pushes and the objects that they lifted from a table of lifts (lifts.csv)."""
+"""Reads pushes and lifted objects from a table of lifts (lifts.csv).
+
+They are people's or simulated.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -44,7 +47,7 @@ class Person(NamedTuple):
 
 
 class Lifts(NamedTuple):
-    """Lifts of several participants, and the objects that they lifted."""
+    """Lifts of several participants, and their objects."""
 
     people: tuple[Person, ...]
     tools: tuple[Tool, ...]
@@ -108,7 +111,10 @@ def read_lifts(
 
 
 def _choose(path: Path, known: Sequence[str], learner: str) -> str:
-    """Returns whose lifts are read: the chosen learner's, else people's, else those of the only learner."""
+    """Chooses whose lifts are read.
+
+    These are the chosen learner's, else people's, else those of the only learner.
+    """
     if learner:
         if learner not in known:
             raise BadValueError(path, "--of", describe_choice(learner, known))
@@ -123,7 +129,10 @@ def _choose(path: Path, known: Sequence[str], learner: str) -> str:
 def _find_objects(
     cells: Cells, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
-    """Returns each row's index of an object, (rows,), and the objects, looked up by name or built from the table."""
+    """Finds each row's object, (rows,), and the objects.
+
+    They are looked up by name or built from the table.
+    """
     rows = pd.DataFrame(
         {
             "object": read_choices(cells, "object", tools) if tools else read_names(cells, "object", ""),
@@ -162,7 +171,10 @@ def _find_objects(
 
 
 def _make(name: str, mass: float, size: float, look: str, number: int) -> Tool:
-    """Builds a cylinder as high as its diameter; a look that is not a colour gets an arbitrary one."""
+    """Builds a cylinder as high as its diameter.
+
+    A look that is not a colour gets an arbitrary one.
+    """
     radius = (size / (2.0 * math.pi)) ** (1.0 / 3.0)
     colour = look if is_colour(look) else f"#{(40 + 67 * number) % 256:02x}{(90 + 101 * number) % 256:02x}8c"
     return cylinder(name, radius=radius, height=2.0 * radius, mass=mass, colour=colour)

@@ -1,8 +1,8 @@
-"""Alternative learners for comparison: nothing remembered, own memory, and own and shared memory.
+"""Alternative learners for comparison, with other kinds of memory.
 
-No working arm uses them. The first forgets every lift. The second has a density for each object but none for a look.
-The third has a density for each look and, for each object, a deviation from it; two delta rules move both by a
-fraction of each error.
+They remember nothing, own lifts, or own and shared lifts. No working arm uses them. The first forgets every lift. The
+second has a density for each object but none for a look. The third has a density for each look and, for each object,
+a deviation from it; two delta rules move both by a fraction of each error.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,9 @@ _CERTAIN_SD = 1.0  # [kg/m^3]
 
 
 class OwnMemory(Learner):
-    """Learner with a density for each object; it expects an object that was never lifted to follow the prior.
+    """Learner with a density for each object.
+
+    A new object has the prior.
 
     The belief about an object is a normal distribution by Laplace's method at the mode given all of its holds.
     """
@@ -100,7 +102,7 @@ class OwnAndShared(Learner):
     """Learner with a shared density for each look, and a deviation from it for each object.
 
     An object's expected density is the sum of both. After a lift, each moves by a fraction of the difference between
-    the density that was felt and this sum.
+    the felt density and this sum.
     """
 
     @dataclass(frozen=True)
@@ -132,7 +134,10 @@ class OwnAndShared(Learner):
 
     @override
     def believe(self, state: State) -> Normals:
-        """Returns the shared densities with almost no uncertainty, because a delta rule has none."""
+        """Returns the shared densities with almost no uncertainty.
+
+        A delta rule has none.
+        """
         mean = state["shared"]
         return Normals(mean, np.tile(_CERTAIN_SD**2 * np.eye(mean.shape[1]), (len(mean), 1, 1)))
 
@@ -168,12 +173,15 @@ def _build_prior(state: State, count: int) -> Normals:
 
 
 def _surround(state: State, mean: Array) -> Normals:
-    """Returns normals about densities, (B, M), with the prior's SD, so broad that they hardly bias what is felt."""
+    """Returns normals about densities, (B, M), with the prior's SD.
+
+    They are so broad that they hardly bias the measurement.
+    """
     return Normals(mean, state["prior_sd"][:, None, None] ** 2 * np.eye(mean.shape[1]))
 
 
 def _meet(state: State, probabilities: Array, name: str, value: Any) -> tuple[State, int]:
-    """Adds a colour with a value to an array over colours, (B, M), unless a known colour is most probable."""
+    """Adds a colour to an array over colours, (B, M), unless a known one is most probable."""
     best, count = int(probabilities.argmax()), len(probabilities) - 1
     if best < count:
         return state, best

@@ -1,4 +1,4 @@
-"""Selection of learners for a group, where each person may have another learner (random effects).
+"""Random-effects selection of learners for a group, where people may differ in learner.
 
 The frequencies r of L learners in a population have a uniform Dirichlet distribution, and each person has one of
 them: p(data | r) is the product over people of sum_l r_l p(data of person | learner l) (Stephan and others 2009,
@@ -36,7 +36,10 @@ class Selection(NamedTuple):
 
 
 def select_learners(log_evidence: Array, seed: int = 0) -> Selection:
-    """Finds how frequent learners are from log evidences, (N, L), one per person and learner."""
+    """Estimates how frequent learners are from log evidences, (N, L).
+
+    There is one per person and learner.
+    """
     L = log_evidence.shape[1]
     relative = np.exp(log_evidence - log_evidence.max(axis=1, keepdims=True))
     r = np.random.default_rng(seed).dirichlet(np.ones(L), _DRAWS)

@@ -1,8 +1,9 @@
-"""Computes hundreds of lifts of many observers in closed form: beliefs, forces, and measurements at rest.
+"""Computes hundreds of lifts of many observers in closed form.
 
-In each lift an observer sees an object, pushes with its believed weight (``control.hold``), then holds it, and learns
-from the noisy torques of the arm at rest with the object in its hand. The arm is that of all simulations, in its home
-posture, but no motion is simulated. Observers are the rows of arrays and are independent of each other.
+Results are beliefs, forces, and measurements at rest. In each lift an observer sees an object, pushes with its
+believed weight (``control.hold``), then holds it, and learns from the noisy torques of the arm at rest with the
+object in its hand. The arm is that of all simulations, in its home posture, but no motion is simulated. Observers are
+the rows of arrays and are independent of each other.
 """
 
 import copy
@@ -40,14 +41,17 @@ NOTHING = -1
 
 
 class LiftedObservers(NamedTuple):
-    """State of B observers: what they have learned, and which objects they have lifted."""
+    """State of B observers: learned densities and lifted objects."""
 
     state: State  # state of their learner, in which objects have the same numbers as here
     order: Array  # number of the first lift of each object, counting objects that look the same as one, (B, objects)
 
 
 class LiftRecord(NamedTuple):
-    """Record of N lifts by B observers, (N, B) each; NaN, or 0 for the kind, where an observer lifted nothing."""
+    """Record of N lifts by B observers, (N, B) each.
+
+    Without a lift it is NaN, or 0 for the kind.
+    """
 
     force: Array  # upward force exerted before release, [N]
     weight: Array  # true weight, [N]
@@ -61,7 +65,10 @@ class LiftRecord(NamedTuple):
 
 
 class _SeenTool(NamedTuple):
-    """Quantities that all lifts of an object share; Phi is that of its parts, (10, num_parts), weight is in [N]."""
+    """Quantities that all lifts of an object share.
+
+    Phi has a column per part, (10, num_parts); the weight is in [N].
+    """
 
     appearance: Appearance  # appearance, in known colours
     colours: tuple[int, ...]  # indices of the parts' colours
@@ -71,7 +78,7 @@ class _SeenTool(NamedTuple):
 
 
 def check_closed_form(settings: Settings) -> WeberNoise:
-    """Checks that settings allow closed-form lifts, and returns the torque noise.
+    """Checks that settings allow lifts in closed form. Returns the torque noise.
 
     Raises:
         BadArgumentError: Unless features are exact, and the torque noise is one error per trial.
@@ -87,12 +94,15 @@ def check_closed_form(settings: Settings) -> WeberNoise:
 
 
 class StaticLifter:
-    """Closed-form lifts of a set of objects; quantities that all lifts share are computed once."""
+    """Closed-form lifts of a set of objects.
+
+    Quantities that all lifts share are computed once.
+    """
 
     def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
         """Computes the quantities that all lifts share.
 
-        Errors are those of ``check_closed_form`` and ``load_arm``.
+        Errors are as in ``check_closed_form`` and ``load_arm``.
         """
         self._noise = check_closed_form(settings)
         arm = load_arm(settings.arm)
@@ -116,21 +126,24 @@ class StaticLifter:
         self._palette = np.array([numbers[palette] for palette in palettes])
 
     def start(self, seeds: Sequence[tuple[int, ...]]) -> LiftedObservers:
-        """Creates observers without experience, each with a seed for its learner's random draws at the start."""
+        """Creates observers without experience, each with a seed for its learner."""
         learner, size = self._learner, len(seeds)
         draws = ObserverDraws([(*seed, 0) for seed in seeds])
         state = learner.start(draws, learner.parameters, self.settings.prior, len(self.colours), size)
         return LiftedObservers(state, np.full((size, len(self._tools)), np.inf))
 
     def mark_met(self, observers: LiftedObservers, number: int) -> LiftedObservers:
-        """Marks an object as met by all observers; they learn nothing from this."""
+        """Marks an object as met by all observers, who learn nothing from this."""
         order = observers.order.copy()
         things = self.identify(np.full(len(order), number), order)
         order[np.arange(len(order)), things] = np.minimum(order[np.arange(len(order)), things], 0.0)
         return observers._replace(order=order)
 
     def list_things(self, observers: LiftedObservers) -> tuple[Thing, ...]:
-        """Lists the objects of a single observer, by number; those never met have no appearance."""
+        """Lists the objects of a single observer, by number.
+
+        Objects that were never met have no appearance.
+        """
         pairs = zip(self._tools, np.isfinite(observers.order[0]), strict=True)
         return tuple(
             Thing(tool.appearance, tuple(dict.fromkeys(tool.colours))) if is_met else Thing((), ())
@@ -138,7 +151,10 @@ class StaticLifter:
         )
 
     def draw_errors(self, seeds: Sequence[tuple[int, ...]], num_lifts: int) -> Array:
-        """Draws gain and offset errors of N lifts of B observers, (N, B, 2, num_joints), by seed and lift number."""
+        """Draws gain and offset errors of N lifts, (N, B, 2, num_joints).
+
+        Each observer has a seed; the lift's number is added.
+        """
         numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # a trailing 0 would not change a seed
         drawn = [[self._noise.draw_trial_errors((*seed, number), num_joints) for seed in seeds] for number in numbers]
         return np.array(drawn).reshape(num_lifts, len(seeds), 2, num_joints)
@@ -162,7 +178,7 @@ class StaticLifter:
             teaches: True where an observer learns from a lift, (N, B); None for all lifts.
             pushes: Push parameters; None for pushes that equal the believed weight.
 
-        The computing time of a lift is that of the learner's ``expect`` and ``learn``, for all observers at once.
+        A lift takes one call of the learner's ``expect`` and ``learn`` for all observers.
         """
         state, order, everyone = observers.state, observers.order.copy(), np.arange(objects.shape[1])
         force, expected, believed, p_value, felt, by_look = (np.full(objects.shape, np.nan) for _ in range(6))
@@ -215,7 +231,7 @@ class StaticLifter:
         return np.array([self._noise.weber_fraction, self._noise.threshold])
 
     def of_learner(self, learner: Learner) -> "StaticLifter":
-        """Returns a copy with the same objects, whose observers have another learner."""
+        """Returns a copy with the same objects and another learner."""
         other = copy.copy(self)
         other._learner = learner
         return other
@@ -227,7 +243,10 @@ class StaticLifter:
     def feel(
         self, state: State, seen: Seen, lifted: NDArray[np.intp], Phi: Array, errors: Array, draws: Draws
     ) -> Lesson:
-        """Lets B observers learn from measurements of one object each, with errors (B, 2, num_joints)."""
+        """Updates B observers by measurements of one object each.
+
+        Errors are (B, 2, num_joints).
+        """
         gain, offset = np.moveaxis(errors, 1, 0)
         tau = self._tau[lifted] * (1.0 + gain) + offset
         noise = self._noise.threshold, self._noise.weber_fraction
@@ -265,9 +284,9 @@ class StaticLifter:
         return np.array(maps)[places]
 
     def identify(self, chosen: NDArray[np.intp], order: Array) -> NDArray[np.intp]:
-        """Finds the object as which each observer recognises a chosen one, (B,).
+        """Finds the known object that each observer recognises, (B,).
 
-        It is the first lifted object that looks the same, or otherwise the chosen one.
+        It is the first lifted object that looks like the chosen one, or else the chosen one.
         """
         looks = self._look[chosen]
         rows, columns = np.unique(looks), np.unique(self._look[np.isfinite(order).any(axis=0)])
@@ -278,7 +297,7 @@ class StaticLifter:
         return np.where(np.isfinite(known).any(axis=1), known.argmin(axis=1), np.maximum(chosen, 0))
 
     def identify_all(self, objects: NDArray[np.intp], teaches: Mask) -> NDArray[np.intp]:
-        """Finds the object as which one observer recognises each of N lifted ones, (N,)."""
+        """Finds the known object that one observer recognises in each of N lifts, (N,)."""
         things, order = np.empty_like(objects), np.full((1, len(self._tools)), np.inf)
         for number, (lifted, is_taught) in enumerate(zip(objects, teaches, strict=True)):
             things[number] = thing = self.identify(np.array([lifted]), order)[0]
@@ -289,7 +308,7 @@ class StaticLifter:
     def _group(
         self, chosen: NDArray[np.intp], things: NDArray[np.intp], taught: Mask
     ) -> Iterator[tuple[NDArray[np.intp], tuple[int, ...]]]:
-        """Groups observers by the colours of their objects and by whether they learn.
+        """Groups observers by their objects' colours and by learning.
 
         Yields: Rows of each group's observers, and the colours.
         """
@@ -298,7 +317,10 @@ class StaticLifter:
             yield np.flatnonzero(keys == key), self._palettes[key // 2]
 
     def _estimate(self, before: Normals, mode: Array, seeds: Sequence[tuple[int, ...]]) -> Array:
-        """Computes the densities that control uses, (n, m); sampled ones are drawn with the seeds."""
+        """Computes the densities that control uses, (n, m).
+
+        Sampled densities are drawn with the seeds.
+        """
         if (point_estimate := self.settings.point_estimate) is PointEstimate.MODE:
             return mode
         beliefs = (
@@ -310,9 +332,9 @@ class StaticLifter:
         )
 
     def _number_kinds(self, state: State, seen: Seen, first: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Finds the numbers, from 1, of the objects' kinds within the colour of the first part, (n,).
+        """Finds the numbers, from 1, of the objects' kinds in their first colour, (n,).
 
-        They are 0 for a learner without kinds.
+        The numbers are 0 for a learner without kinds.
         """
         groups = self._learner.group(state)
         if groups.counts is None:

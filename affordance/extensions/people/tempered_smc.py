@@ -1,4 +1,4 @@
-"""Tempered sequential Monte Carlo: draws from a posterior whose prior is standard normal.
+"""Tempered sequential Monte Carlo for a posterior with a standard normal prior.
 
 Prior draws are moved to the posterior through increasing powers of the likelihood. Each power is as large as possible
 with half of the draws still effective. After each stage, draws are resampled and moved by Metropolis random walks
@@ -42,7 +42,7 @@ class Draws(NamedTuple):
 
 
 def draw_prior(count: int, size: int, seed: int) -> Array:
-    """Draws standard normal numbers that fill their space evenly (scrambled Sobol sequence), (count, size)."""
+    """Draws evenly spread standard normal numbers, (count, size) (scrambled Sobol)."""
     sobol = scipy.stats.qmc.Sobol(size, rng=np.random.default_rng(seed))
     points = sobol.random_base2(int(np.ceil(np.log2(count))))[:count]
     numbers: Array = scipy.stats.norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9))

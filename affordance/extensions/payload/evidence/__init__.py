@@ -1,1 +1,1 @@
-"""Evidence of a loaded run: its samples with the empty arm accounted for, and the likelihood of a payload."""
+"""Evidence of a loaded run after removing the empty arm, and the likelihood of a payload."""

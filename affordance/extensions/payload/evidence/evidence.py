@@ -1,4 +1,6 @@
-"""Evidence of a loaded run: its samples, with the empty arm subtracted or modelled.
+"""Evidence of a loaded run: its samples without the empty arm.
+
+The arm is subtracted or modelled.
 
 Every analysis (repeated motion, fitted arm, arm's file, wrist sensor) builds an ``Evidence``. Inference uses nothing
 else.
@@ -34,11 +36,12 @@ _LEVEL, _NORMAL = 0.95, 1.6448536  # upper end of a 90 % interval, as a quantile
 
 
 def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike: tuple[slice, ...]) -> Array:
-    """Estimates the variance of each channel's error from the residual of a few postures, shape (C,).
+    """Estimates each channel's error variance from a few postures, shape (C,).
 
     A posture counts as one sample, because its error persists as long as it is held. Each channel's variance is
     shrunk towards the mean over channels with similar errors, and widened so that a normal error has the 90 %
-    interval of Student's t. It is at least that of a sensor's resolution, which tables without noise would miss.
+    interval of Student's t. It is at least the variance due to a sensor's resolution, which tables without noise
+    would miss.
 
     Args:
         statistics: Sums over the postures.
@@ -77,7 +80,7 @@ _ALIKE = np.append(1.0, _X / _BETWEEN)
 
 
 class ErrorModel(NamedTuple):
-    """Prior knowledge about a run's errors."""
+    """Prior knowledge about the errors of a run."""
 
     alike: float  # number of neighbouring samples that the filter correlates; 1 if none
     correlated: bool  # True if errors may be correlated over longer times
@@ -88,15 +91,16 @@ class ErrorModel(NamedTuple):
     drifts: bool = False  # True if errors may last for many blocks, as those of a wrist sensor do
 
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Estimates the long-run variance of each channel's error from the residual w^T z, w (C, 27); shape (C,).
+        """Estimates each channel's long-run error variance, shape (C,).
 
-        The estimate is the sum of the squared block sums of the residual divided by the number of samples, that is,
-        the variance of one sample times the number of samples that share its error. If the sensor drifts, it is
-        multiplied by the number of blocks that share an error, which follows from the correlation of neighbouring
-        blocks. It is at least the variance with
-        correlation by the filter alone, and at least that of earlier runs. A channel with no more independent samples
-        than fitted unknowns has an uninformative residual, so its whole signal may be error. At rest the errors of
-        postures are independent but few: see ``estimate_variance_at_rest``.
+        The residual is w^T z, w (C, 27).
+
+        The estimate is the sum of squared block sums of the residual divided by the number of samples. This is the
+        variance of a sample times the number of samples that share its error. If the sensor drifts, it is multiplied
+        by the number of blocks that share an error, which follows from the correlation of neighbouring blocks. It is
+        at least the variance with correlation by the filter alone, and at least that of earlier runs. A channel with
+        no more independent samples than fitted unknowns has an uninformative residual, so its whole signal may be
+        error. At rest the errors of postures are independent but few: see ``estimate_variance_at_rest``.
         """
         if self.alike_at_rest:
             estimate = estimate_variance_at_rest(statistics, weights, self.alike_at_rest)
@@ -115,21 +119,27 @@ class ErrorModel(NamedTuple):
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
 
     def _count_alike_blocks(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Counts the neighbouring blocks that share an error, shape (C,), as at least one."""
+        """Counts the neighbouring blocks that share an error, (C,), at least one."""
         if not self.drifts:
             return np.ones(statistics.num_channels)
         alike: Array = np.interp(statistics.correlate_blocks(weights), _CORRELATIONS, _ALIKE)
         return alike
 
     def count_freedom(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Counts the degrees of freedom of each channel's estimated variance, (C,): errors less fitted unknowns."""
+        """Counts the degrees of freedom of each channel's variance, (C,).
+
+        It is the number of errors less fitted unknowns.
+        """
         count = np.maximum(statistics.counts, 1.0)
         of_block = statistics.block_length * self._count_alike_blocks(statistics, weights)
         errors = count / (of_block if self.correlated else self.alike)
         return np.maximum(errors - self._count_fitted(statistics), np.minimum(errors, _FEWEST))
 
     def _count_fitted(self, statistics: JointStatistics) -> float:
-        """Returns the number of unknowns that are fitted per channel; a sensor that drifts has no friction."""
+        """Returns the number of fitted unknowns per channel.
+
+        A sensor that drifts has no friction.
+        """
         return (_OFFSET if self.drifts else _OWN) + _SHARED / statistics.num_channels
 
 
@@ -191,17 +201,19 @@ class Evidence:
         return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
 
     def list_change_sds(self, gain: Array, settings: IdentificationSettings) -> tuple[Array, Array]:
-        """Returns SDs of the change of gains since the subtracted run: common and of each channel, (C,) each."""
+        """Returns SDs of gain changes since the subtracted run, common and per channel, (C,)."""
         if not self.is_difference:
             return np.zeros_like(gain), np.zeros_like(gain)
         prior = settings.get_prior(self.kind)
         return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
 
     def list_rotor_sds(self) -> Array:
-        """Returns prior SDs of the rotors' inertias times gain, (C,): as much as would cause the whole signal.
+        """Returns prior SDs of rotor inertias times gain, (C,).
 
-        No robot's file has these inertias: felt at the joints, those of a UR10e are .4 to 7 kg m^2. They cancel in a
-        difference, and neither torque sensors beyond the gears nor wrist sensors feel them.
+        They are large enough to explain the whole signal.
+
+        No robot's file has these inertias. Reflected at the joints of a UR10e, they are .4 to 7 kg m^2. They cancel
+        in a difference, and are not felt by wrist sensors or by torque sensors beyond the gears.
         """
         samples = self.samples
         signal, vdot = (
@@ -222,7 +234,7 @@ class Evidence:
         return not self.prepared.v.any()
 
     def _list_alike(self) -> tuple[slice, ...]:
-        """Lists the groups of channels with errors of similar size: forces and moments, or all joints."""
+        """Lists groups of channels with similar errors: forces and moments, or all joints."""
         return (slice(3), slice(3, 6)) if self.kind is SignalKind.WRENCH else (slice(len(self.channel_names)),)
 
     def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
@@ -230,7 +242,7 @@ class Evidence:
         return compute_statistics(self.samples, max(1, round(settings.block * self.rate)))
 
     def with_load(self, pi: Array) -> "Evidence":
-        """Returns the evidence with the load signs that a payload causes, pi of shape (10,).
+        """Returns the evidence with the load signs of a payload pi, (10,).
 
         Load friction is mu |tau| against the motion. In a difference of two runs it is mu (|tau_arm + Y pi| -
         |tau_arm|), so the load sign s is d times the bracket over Y pi. It lies between -1 and 1, and equals d
@@ -250,7 +262,7 @@ class Evidence:
 def build_error_model(
     rate: float, cutoff: float, least_variance: Array, settings: IdentificationSettings
 ) -> ErrorModel:
-    """Builds the error model of signals sampled at a rate, [Hz], and low-pass filtered at a cut-off, [Hz]."""
+    """Builds the error model of signals with a rate and a filter cut-off, [Hz] each."""
     alike = max(rate / (2.0 * cutoff), 1.0) if settings.correlated_noise else 1.0
     return ErrorModel(alike, settings.correlated_noise, least_variance)
 
@@ -266,10 +278,10 @@ def build_evidence(
     is_difference: bool,
     dynamics: ChainDynamics | None = None,
 ) -> Evidence:
-    """Builds the evidence of all channels of a run, without the model errors that each analysis adds.
+    """Builds the evidence of all channels, without the model errors of an analysis.
 
-    The signal is the one before a controller's compensation. The dynamics of the motion are computed for joint
-    signals unless they are given. The other arguments become the fields of the same names.
+    The signal is restored to its state before a controller's compensation. The dynamics of the motion are computed
+    for joint signals unless they are given. The other arguments become the fields of the same names.
     """
     zero = np.zeros_like(prepared.signal)
     if kind is SignalKind.WRENCH:
@@ -293,7 +305,10 @@ def build_evidence(
 
 
 def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
-    """Adds the torques that a run's controller subtracted back to its signal, gain of shape (n,); (N, n)."""
+    """Restores torques that a run's controller subtracted from its signal, (N, n).
+
+    The gain has shape (n,).
+    """
     description, signal = run.description, prepared.signal
     rest = np.zeros_like(prepared.v)
     motion = (prepared.q, rest, rest) if description.leaves_inertia else prepared.motion

@@ -1,4 +1,4 @@
-"""Regression model of the empty arm: link inertias and friction, fitted to runs with an empty hand.
+"""Regression model of the empty arm, fitted to runs with an empty hand.
 
     x_j = g_j (tau_file,j + W_j dpi + F_j f_j) + e
 
@@ -60,7 +60,9 @@ class FittedArm:
         return signal
 
     def measure_friction(self, runs: Sequence[PreparedRun], min_speed: float) -> tuple[Array, Array]:
-        """Computes root mean squares of each joint's fitted friction, without offset, and of its speed, (n,) each.
+        """Computes RMS of each joint's fitted friction and of its speed, (n,) each.
+
+        The offset is excluded.
 
         Friction is in the signal's unit, speeds in [rad/s]. Samples slower than ``min_speed``, [rad/s], do not count.
         """
@@ -75,7 +77,10 @@ class FittedArm:
 
 
 class ArmRegression:
-    """Sums of products of empty runs, from which an arm can be fitted without any subset of cells."""
+    """Sums of products of empty runs.
+
+    An arm can be fitted without any subset of cells.
+    """
 
     def __init__(
         self,
@@ -85,7 +90,7 @@ class ArmRegression:
         gains: Gains,
         settings: IdentificationSettings,
     ) -> None:
-        """Computes the sums of all cells from signals of shape (N, n) and the mean gains.
+        """Computes the sums of all cells, from signals of shape (N, n) and mean gains.
 
         Raises:
             BadValueError: A joint never moves faster than the minimum speed.
@@ -148,7 +153,7 @@ class ArmRegression:
         return FittedArm(self.robot, self.gain, self._scale * links, friction, root)
 
     def _measure_variance(self, kept: Mask, weights: Array) -> Array:
-        """Computes the long-run variance of the residual from blocks of four cells, shape (n,), [(N m)^2]."""
+        """Computes the residual's long-run variance from blocks of four cells, (n,), [(N m)^2]."""
         sums = np.einsum("kji,ji->kj", self._sums, weights) * kept[:, None]
         starts = np.arange(0, len(sums), 4)
         blocks = np.add.reduceat(sums, starts, axis=0)
@@ -158,7 +163,10 @@ class ArmRegression:
         return variance
 
     def _build_columns(self, run: PreparedRun, signal: Array, settings: IdentificationSettings) -> tuple[Array, Mask]:
-        """Builds each joint's columns W, F and signal less file torque, (n, N, P + 1), and the used samples' mask."""
+        """Builds each joint's regression columns, (n, N, P + 1), and a mask of used samples.
+
+        Columns are W, F and the signal less the file's torque.
+        """
         W = self.robot.compute_link_regressors(run.q, run.v, run.vdot)
         tau_file = W @ self.robot.link_parameters.ravel()
         rest = signal / self.gain - tau_file
@@ -177,7 +185,7 @@ def _list_friction(v: Array, vdot: Array, tau_file: Array) -> Array:
 
 
 def build_link_scale(robot: SerialChain) -> Array:
-    """Builds the prior standard deviations of the file's inertia errors, link by link, shape (10 n,)."""
+    """Builds prior SDs of the file's inertia errors, link by link, shape (10 n,)."""
     masses = robot.link_parameters[:, 0]
     masses = _SHARE * np.maximum(masses, 0.1 * masses.mean() + 1e-6)
     unit = np.array([1.0, *[_LENGTH] * 3, *[_LENGTH**2] * 6])

@@ -1,4 +1,4 @@
-"""Gains of joints: signal per newton metre, and the share of the load that is lost in friction.
+"""Gains of joints: signal per newton metre, and friction that grows with load.
 
 Torque sensors are calibrated by their makers. No robot's file contains the gains of motor currents. They are
 estimated with a load of known mass or, less accurately, from the arm's own weight.
@@ -74,20 +74,26 @@ class Gains:
 
     @property
     def load_friction(self) -> Array:
-        """Load friction mu of each joint, shape (n,); zero for a joint that never moved, whose gain is zero."""
+        """Load friction mu of each joint, shape (n,).
+
+        It is zero for a joint that never moved, whose gain is zero.
+        """
         g, h = self.mean.T
         mu: Array = np.divide(h, g, out=np.zeros_like(g), where=g != 0.0)
         return mu
 
     def widen(self) -> "Gains":
-        """Returns gains of which only the size is known: the median of all, each to about 50 %."""
+        """Returns gains of which only the size is known.
+
+        Each is the median of all, to about 50 %.
+        """
         typical = np.median(np.abs(self.mean[:, 0]))
         mean = np.tile([typical, 0.0], (len(self.mean), 1))
         covariance = np.tile(typical**2 * np.diag([0.25, 0.01]), (len(self.mean), 1, 1))
         return replace(self, mean=mean, covariance=covariance)
 
     def with_drift(self, settings: IdentificationSettings) -> "Gains":
-        """Returns the gains for another run, with their uncertainty widened by drift."""
+        """Returns the gains for another run, with uncertainty widened by drift."""
         prior = settings.get_prior(self.kind)
         drift = np.zeros_like(self.covariance)
         g = self.mean[:, 0]
@@ -103,7 +109,7 @@ class Gains:
 
 
 def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings: IdentificationSettings) -> Gains:
-    """Builds the gains of signals that are torques, before any calibration."""
+    """Builds the gains of torque signals before any calibration."""
     prior = settings.get_prior(kind)
     num = len(joint_names)
     common_sd, own_sd = (
@@ -117,7 +123,7 @@ def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings
 
 
 def write_gains(path: StrPath, gains: Gains) -> None:
-    """Writes gains as JSON, which is YAML, in full precision, for ``read_gains``.
+    """Writes gains as JSON, a subset of YAML, in full precision.
 
     Raises:
         BadArgumentError: The argument is not of class Gains.
@@ -140,7 +146,7 @@ def write_gains(path: StrPath, gains: Gains) -> None:
 
 
 def read_gains(path: StrPath) -> Gains:
-    """Reads gains that ``write_gains`` wrote.
+    """Reads gains from a file of ``write_gains``.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message names it.
@@ -171,7 +177,7 @@ class JointEntry(DataModel):
 
     @model_validator(mode="after")
     def check_values(self) -> Self:
-        """Rejects a gain of zero, and numbers that are not a covariance."""
+        """Rejects a gain of zero, and invalid covariances."""
         gg, gh, hh = self.covariance
         if self.gain == 0.0:
             raise complain("is 0, must not be 0", "gain")

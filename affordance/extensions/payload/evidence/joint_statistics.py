@@ -1,4 +1,4 @@
-"""Sufficient statistics of a run for its payload, channel by channel: exact sums of products.
+"""Sufficient statistics of a run for its payload: sums of products per channel.
 
 A channel is a joint whose torque (or current) is measured, or one of the six components of a wrist sensor. Its signal
 is modelled as
@@ -44,10 +44,11 @@ class ChannelSamples(NamedTuple):
     def of_joints(
         cls, Y: Array, v: Array, vdot: Array, signal: Array, *, arm_torque: Array, min_speed: float
     ) -> "ChannelSamples":
-        """Builds the samples of joints; those slower than the minimum speed, [rad/s], are not used.
+        """Builds the samples of joints.
 
-        The sign of the load is that of the torque of the arm alone, shape (N, n), whether or not the signal contains
-        it.
+        Samples slower than the minimum speed, [rad/s], are not used.
+
+        The load has the sign of the arm's own torque, (N, n), even if the signal does not contain this torque.
         """
         direction = np.sign(v)
         sign = direction * np.sign(arm_torque)
@@ -58,7 +59,10 @@ class ChannelSamples(NamedTuple):
         return self._replace(**{name: values[rows] for name, values in self._asdict().items()})
 
     def build_columns(self) -> Array:
-        """Builds the columns z, zero for samples that are not used, shape (C, N, 27)."""
+        """Builds the columns z, shape (C, N, 27).
+
+        Unused samples are zero.
+        """
         num, channels = self.velocity.shape
         half = LOAD.stop // 2
         z = np.empty((channels, num, NUM_COLUMNS))
@@ -93,18 +97,27 @@ class JointStatistics:
         return len(self.counts)
 
     def sum_squares(self, w: Array) -> Array:
-        """Computes the sum of squared residuals w^T z of each channel, (C,), from w of shape (C, 27)."""
+        """Computes each channel's sum of squared residuals, (C,).
+
+        Residuals are w^T z with w of shape (C, 27).
+        """
         total: Array = np.einsum("ci,cij,cj->c", w, self.products, w)
         return np.maximum(total, 0.0)  # of residuals without errors only rounding is left
 
     def sum_block_squares(self, w: Array) -> Array:
-        """Computes the sum of squared block sums of residuals, including the incomplete block, shape (C,)."""
+        """Computes each channel's sum of squared block sums of residuals, (C,).
+
+        The incomplete block counts, too.
+        """
         whole: Array = np.einsum("ci,cij,cj->c", w, self.block_products, w)
         unfinished: Array = np.einsum("ci,ci->c", w, self.block_sum) ** 2
         return whole + unfinished
 
     def correlate_blocks(self, w: Array) -> Array:
-        """Computes the correlation of residuals w^T z between neighbouring blocks, shape (C,)."""
+        """Computes the correlation of residuals between neighbouring blocks, shape (C,).
+
+        Residuals are w^T z.
+        """
         squares, between = (
             np.einsum("ci,cij,cj->c", w, each, w) for each in (self.block_products, self.neighbour_products)
         )

@@ -1,4 +1,4 @@
-"""Model error that does not average out, estimated from the apparent payload of an empty hand in stretches of time.
+"""Model error that does not average out, estimated from stretches of empty runs.
 
 The error of an arm's model depends on its configuration, not on chance: the apparent payload of an empty Panda is as
 large over ten seconds as over two. The error is estimated from stretches of empty runs, each predicted by an arm
@@ -29,7 +29,7 @@ PULL = 0.2
 
 
 def build_phantom_covariance(mass_sd: float) -> Array:
-    """Builds the covariance of the ten parameters of a mass of unknown sign near the tip, shape (10, 10).
+    """Builds the covariance of a mass of unknown sign near the tip, (10, 10).
 
     ``mass_sd`` is the standard deviation of the mass, [kg].
     """
@@ -45,7 +45,9 @@ def build_phantom_covariance(mass_sd: float) -> Array:
 
 
 def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
-    """Projects errors of the links onto the payload by least squares along a motion; returns its covariance.
+    """Projects errors of the links onto the payload by least squares along a motion.
+
+    Returns the covariance.
 
     The links' parameters have the covariance L L^T with L = ``root``, shape (10 n, 10 n); the payload's covariance
     has shape (10, 10).
@@ -57,7 +59,9 @@ def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: Chan
 
 
 def project_pulls(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Projects an external pull onto the payload by least squares along a motion; returns its covariance, (10, 10).
+    """Projects an external pull onto the payload along a motion.
+
+    Returns the least-squares covariance, (10, 10).
 
     A cable or hose pulls in a constant direction at one of the links of the outer half of the arm. All of these links
     are equally probable, so that more than one lever arm is possible.
@@ -74,7 +78,7 @@ def project_pulls(robot: SerialChain, prepared: PreparedRun, samples: ChannelSam
 
 
 def _project(samples: ChannelSamples, columns: Array) -> Array:
-    """Computes the payloads, (10, K), that best explain torques, (N, C, K), in the least-squares sense."""
+    """Computes the least-squares payloads, (10, K), for torques, (N, C, K)."""
     Y = (samples.Y * samples.used[..., None]).reshape(-1, NUM_PARAMETERS)
     broad = np.linalg.inv(build_phantom_covariance(_BROAD_MASS))
     torques = (columns * samples.used[..., None]).reshape(len(Y), -1)
@@ -83,7 +87,7 @@ def _project(samples: ChannelSamples, columns: Array) -> Array:
 
 
 def estimate_phantom_mass(stretches: list[Quadratic]) -> float:
-    """Estimates the SD of the phantom's mass from the apparent payloads of empty stretches, [kg].
+    """Estimates the SD of the phantom's mass from empty stretches, [kg].
 
     Each stretch has the likelihood p(signals | delta) with delta ~ N(0, s^2 C). The result is the root mean square of
     s under its posterior, which is larger for few stretches.
@@ -103,7 +107,7 @@ def estimate_phantom_mass(stretches: list[Quadratic]) -> float:
 def estimate_sizes(
     list_stretches: Callable[[float], Sequence[PayloadLikelihood]], shares: Array
 ) -> tuple[float, float]:
-    """Estimates the SD of the phantom's mass, [kg], and the share of friction that a fit leaves unexplained.
+    """Estimates the SD of the phantom's mass, [kg], and the unexplained share of friction.
 
     Both are root mean squares under their joint posterior, with log-uniform priors, and are larger for few stretches.
 

@@ -1,4 +1,4 @@
-"""Evidence from a repeated motion: the empty run is subtracted from the loaded one.
+"""Evidence from a repeated motion: subtracts the empty run from the loaded run.
 
 Everything that both runs share cancels, including friction, and no model of the arm is needed. The delay between the
 runs is found to a fraction of a sample by matching joint angles.
@@ -30,7 +30,7 @@ _MOVING = 0.01  # joint speed below which the arm is at rest, [rad/s]
 def build_paired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run that repeats the only empty one.
+    """Builds the evidence of a loaded run that repeats the only empty run.
 
     Raises:
         BadValueError: There are several empty runs, or the loaded run does not repeat the empty one.
@@ -90,7 +90,7 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
 
 
 def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts from each posture held with the load the same posture held with an empty hand.
+    """Subtracts empty postures from the same postures with the load.
 
     Postures without a counterpart are left out.
 
@@ -138,7 +138,9 @@ class Alignment(NamedTuple):
 
 
 def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
-    """Finds the lag of a loaded run behind an empty one whose joint angles it repeats to a tolerance, [rad].
+    """Finds the lag of a loaded run behind an empty run with the same motion.
+
+    Joint angles must agree to a tolerance, [rad].
 
     Raises:
         BadValueError: A run has no motion, or the loaded run does not repeat the empty one; the message names the row
@@ -179,7 +181,10 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
 
 
 def _correlate(reference: Array, moved: Array) -> int:
-    """Returns the number of rows by which velocities, (N, C), lag behind a reference that they resemble."""
+    """Finds the lag of velocities, (N, C), behind similar reference velocities.
+
+    It is a number of rows.
+    """
     size = len(reference) + len(moved) - 1  # padded, so that ends do not wrap around to beginnings
     spectra = np.fft.rfft(moved, size, axis=0) * np.fft.rfft(reference, size, axis=0).conj()
     lag = int(np.argmax(np.fft.irfft(spectra.sum(axis=1), size)))
@@ -187,13 +192,13 @@ def _correlate(reference: Array, moved: Array) -> int:
 
 
 def _measure_motion(run: Run) -> float:
-    """Returns the time from the first to the last motion, [s]."""
+    """Computes the time from the first to the last motion, [s]."""
     moving = np.flatnonzero(np.abs(np.gradient(run.q, run.times, axis=0)).max(axis=1) > _MOVING)
     return float(run.times[moving[-1]] - run.times[moving[0]]) if moving.size else 0.0
 
 
 def _sample_velocity(run: Run, step: float) -> Array:
-    """Computes velocities at evenly spaced times from angles, and sets those of an arm at rest to zero.
+    """Computes velocities at even times from angles, with zero for an arm at rest.
 
     Motion is thus matched, not poses or noise.
     """

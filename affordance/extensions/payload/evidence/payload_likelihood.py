@@ -1,11 +1,11 @@
-"""Likelihood of the ten parameters, with all other unknowns integrated out.
+"""Likelihood of the ten parameters, after integrating out all other unknowns.
 
 Given the load, all other unknowns (gain, load friction and friction of each channel) enter the signal linearly and
 have normal priors. Their integral therefore has a closed form, however uncertain they are; nothing is linearised. It
 costs a few products of small matrices, for a thousand loads at once.
 
-Where the arm was subtracted, its torque still enters the signal, as gains differ from run to run: by a factor of each
-channel, which acts as one more friction term, and by a factor common to all channels, which is integrated out last.
+Gains differ from run to run, so the arm's torque remains in the signal after subtraction. A factor of each channel
+acts as one more friction term. A factor common to all channels is integrated out last.
 """
 
 from dataclasses import dataclass, field
@@ -57,7 +57,7 @@ class ChannelPrior:
 
 
 class _AtLoad(NamedTuple):
-    """Terms at one load that determine gains and their change, with A = d x / d (g, h)."""
+    """Terms at one load that determine gains and gain changes, A = d x / d (g, h)."""
 
     load: Array  # coefficients of the load, shape (11,)
     residual: Array  # A^T K (x - A g), shape (C, 2)
@@ -67,7 +67,7 @@ class _AtLoad(NamedTuple):
 
 
 class PayloadLikelihood:
-    """Log likelihood log p(signals of a run | pi) up to a constant.
+    """Log likelihood log p(signals of a run | pi), up to a constant.
 
     A signal is x = A beta + u t + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load.
     The load is tau_arm + Y pi, or Y pi if the arm was subtracted. u ~ N(0, 1) is the change of gains common to all
@@ -115,7 +115,7 @@ class PayloadLikelihood:
         self._L = factor(prior.gain_covariance)
 
     def compute_log_likelihood(self, pi: Array) -> Array:
-        """Computes log L of N loads, (N, 10), up to a constant common to all; shape (N,).
+        """Computes log L of N loads, (N, 10), up to a common constant; shape (N,).
 
         A load is the body plus the deviation of the phantom payload from its mean.
         """
@@ -137,9 +137,11 @@ class PayloadLikelihood:
         return log_likelihood
 
     def compute_log_evidence(self, covariance: Array, sizes: Array) -> Array:
-        """Computes log p(signals) up to a constant, for exact gains and loads ~ N(0, size^2 covariance), (sizes,).
+        """Computes log p(signals), up to a constant, for given prior sizes, (sizes,).
 
-        Unlike the log likelihood of a load, its values are comparable between priors of friction.
+        Gains are exact, and loads are ~ N(0, size^2 covariance).
+
+        Values are comparable between priors of friction, unlike log likelihoods of a load.
         """
         quadratic, root = self.linearise(np.zeros(NUM_PARAMETERS)), factor(covariance)
         values, vectors = np.linalg.eigh(root.T @ quadratic.precision @ root)
@@ -151,7 +153,10 @@ class PayloadLikelihood:
         return log_evidence
 
     def linearise(self, pi: Array) -> Quadratic:
-        """Builds the quadratic approximation of log L near a load, (10,), without products of two errors."""
+        """Builds the quadratic approximation of log L near a load, (10,).
+
+        Products of two errors are neglected.
+        """
         H, b = self._linearise_channels(pi)
         H, b = H.sum(axis=0), b.sum(axis=0)
         if self._has_shared:  # the last unknown is u
@@ -162,7 +167,9 @@ class PayloadLikelihood:
         return Quadratic(0.5 * (H + H.T), b + H @ pi)
 
     def count_errors(self, pi: Array, covariance: Array) -> float:
-        """Counts the degrees of freedom of a load's distance from expectation, given that variances are estimated.
+        """Counts the degrees of freedom of a load's distance, given estimated variances.
+
+        The distance is from the expectation.
 
         The distance is weighted by the load's error, H^-1 with H = sum H_c over channels c, plus errors of known
         covariance C, (10, 10). With M the inverse of this sum, channel c contributes k_c = tr(M H^-1 H_c H^-1) to the
@@ -182,7 +189,7 @@ class PayloadLikelihood:
         return num_values**2 / max(float((shares[used] ** 2 / self.num_errors[used]).sum()), np.finfo(float).tiny)
 
     def _linearise_channels(self, pi: Array) -> tuple[Array, Array]:
-        """Computes curvature, (C, 11, 11), and gradient, (C, 11), of each channel's log L at a load.
+        """Computes curvature, (C, 11, 11), and gradient, (C, 11), of channels' log L at a load.
 
         The last unknown is u, the change of gains common to all channels, about 0.
         """
@@ -214,7 +221,10 @@ class PayloadLikelihood:
         return float(f.sum()) / precision
 
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
-        """Computes the posterior means, (C, 2), and covariances, (C, 2, 2), of g and h given a load, (10,)."""
+        """Computes posterior means, (C, 2), and covariances of g and h given a load, (10,).
+
+        Covariances are (C, 2, 2).
+        """
         return self._estimate_gains(self._condition(pi))
 
     def _estimate_gains(self, at: _AtLoad) -> tuple[Array, Array]:
@@ -225,7 +235,10 @@ class PayloadLikelihood:
         return self.prior.gain + (covariance @ residual[..., None])[..., 0], covariance
 
     def build_residual_weights(self, pi: Array) -> Array:
-        """Builds w, (C, 27), such that w^T z is the residual at the most probable unknowns given a load, (10,)."""
+        """Builds residual weights w, (C, 27), at the most probable unknowns given a load, (10,).
+
+        The residual is w^T z.
+        """
         at = self._condition(pi)
         gain, _ = self._estimate_gains(at)
         load = at.load.copy()
@@ -246,7 +259,9 @@ class PayloadLikelihood:
 
     @cached_property
     def _of_pairs(self) -> Array:
-        """Coefficients with which products of two load coefficients enter the log likelihood, shape (121, 1 + 5 C).
+        """Coefficients of products of two load coefficients in the log likelihood.
+
+        The shape is (121, 1 + 5 C).
 
         The first load coefficient is one, so the products include the coefficients themselves. With M = L^T A^T K A L
         and c = L^T A^T K (x - A g), they yield (x - A g)^T K (x - A g), summed over channels, and then M_11, M_12,
@@ -264,7 +279,7 @@ class PayloadLikelihood:
 
     @cached_property
     def _of_shared(self) -> Array:
-        """Coefficients with which a load enters t^T K (x - A g) and p = L^T A^T K t, shape (11, 3 C)."""
+        """Coefficients of a load in t^T K (x - A g) and p = L^T A^T K t, shape (11, 3 C)."""
         g, t_load = self.prior.gain, self._t_load
         f = -np.einsum("ca,cai->ic", g, t_load)
         f[0] += self._tx
@@ -272,7 +287,7 @@ class PayloadLikelihood:
         return np.concatenate([f[:, None], p], axis=1).reshape(_HALF, -1)
 
     def _condition(self, pi: Array) -> _AtLoad:
-        """Computes the terms that determine the unknowns at a load, shape (10,)."""
+        """Computes the terms that determine the unknowns at a load, (10,)."""
         load, channels = self._extend(pi[None]), len(self._xx)
         pairs = (load[:, :, None] * load[:, None, :]).reshape(1, -1)
         AKA = (pairs @ self._K_of_pairs).reshape(channels, 2, 2)
@@ -282,14 +297,14 @@ class PayloadLikelihood:
 
 
 def factor(covariance: Array) -> Array:
-    """Computes square roots L of covariances L L^T that may be singular."""
+    """Computes square roots L of possibly singular covariances L L^T."""
     values, vectors = np.linalg.eigh(covariance)
     root: Array = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
     return root
 
 
 def _invert_with_identity(M: Array) -> Array:
-    """Computes the inverses of many matrices I + M, several times faster than a general solver.
+    """Inverts many matrices I + M, several times faster than a general solver.
 
     M, of shape (..., 2, 2), is positive semidefinite, so the determinant of I + M is at least one however large M is.
     """
@@ -304,7 +319,9 @@ def _invert_with_identity(M: Array) -> Array:
 
 
 class BodyLikelihood:
-    """Log likelihood log p(run | pi) of bodies, with the phantom payload integrated out.
+    """Log likelihood log p(run | pi) of bodies.
+
+    The phantom payload is integrated out.
 
     Errors of the arm's model are represented by a phantom payload delta ~ N(0, C), so that the load is the sum of the
     body pi and delta. With Q the quadratic approximation of log L near the most probable load, and Q_C that
@@ -328,12 +345,15 @@ class BodyLikelihood:
         self._spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
 
     def draw_normals(self, rng: np.random.Generator, num_bodies: int) -> Array:
-        """Draws standard normal numbers for the phantoms of N bodies, (N, 10); zeros without a phantom."""
+        """Draws standard normal numbers for the phantoms of N bodies, (N, 10).
+
+        They are zero without a phantom.
+        """
         shape = num_bodies, NUM_PARAMETERS
         return rng.standard_normal(shape) if self._has_phantom else np.zeros(shape)
 
     def compute(self, pi: Array, normals: Array) -> Array:
-        """Computes the log likelihood of N bodies, (N, 10), up to a constant common to all; shape (N,).
+        """Computes the log likelihood of N bodies, (N, 10), up to a common constant; (N,).
 
         Each body's phantom follows from its row of normal numbers, (N, 10). The likelihood is unbiased if these are
         independent.

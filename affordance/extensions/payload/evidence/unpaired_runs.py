@@ -1,4 +1,6 @@
-"""Evidence from a model of the empty arm: fitted to other empty runs or, if there are none, taken from its file.
+"""Evidence based on a model of the empty arm.
+
+The model is fitted to empty runs or, without these, taken from the arm's file.
 
 Inertias in files are wrong by some ten per cent, and a wrist that is a hundred grams heavier than in its file looks
 like a load of a hundred grams. This error is propagated: the uncertainty of the links is projected onto the payload.
@@ -47,7 +49,9 @@ def fit_empty_arm(
     settings: IdentificationSettings,
     kept: Array | None = None,
 ) -> FittedArm:
-    """Fits an arm to empty runs with signals of shape (N, n), and measures its errors by cross-validation.
+    """Fits an arm to empty runs, and measures its errors by cross-validation.
+
+    Signals have shape (N, n).
 
     ``kept`` masks the cells of half a second that are used, shape (cells,); None for all.
     """
@@ -90,7 +94,10 @@ def fit_empty_arm(
     of_joint, offset_sd = np.zeros((robot.num_joints, 3)), settings.get_prior(gains.kind).friction_sd
 
     def describe_friction(share: float) -> Array:
-        """Returns SDs of friction, (n, 3): a share of each joint's friction, and offsets that differ in each run."""
+        """Returns SDs of friction, (n, 3), from a share of each joint's friction.
+
+        Offsets differ in each run.
+        """
         viscous = np.divide(share * size, speed, out=np.zeros_like(size), where=speed > 0.0)  # zero at rest
         return np.column_stack([share * size, viscous, np.full(len(size), offset_sd)])
 
@@ -119,7 +126,9 @@ def fit_empty_arm(
 def build_unpaired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run minus the prediction of an arm fitted to the empty runs.
+    """Builds the evidence of a loaded run minus a fitted arm's prediction.
+
+    The arm is fitted to the empty runs.
 
     Raises:
         BadValueError: The arm is at rest in too few postures for a fit.
@@ -166,7 +175,10 @@ def subtract_arm(
 def build_file_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run with the arm as in its file; empty runs are not used."""
+    """Builds the evidence of a loaded run with the arm of its file.
+
+    Empty runs are not used.
+    """
     prepared = prepare(loaded, settings)
     prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, gains.mean[:, 0]))
     analysis = f"unpaired: the arm as in {robot.source}"

@@ -1,9 +1,9 @@
-"""Evidence from a force-torque sensor at the wrist: six channels, with no joint between them and the load.
+"""Evidence from a six-axis force-torque sensor at the wrist.
 
     [f; n] = W pi + offset + error
 
-with pi all that is mounted on the sensor. The empty hand (gripper, cables) and the sensor's offset are estimated from
-a run with an empty hand, the tare, and their uncertainty is taken into account.
+where pi is the whole load on the sensor. No joint is between them. The tare run, with an empty hand, determines the
+empty hand (gripper, cables) and the sensor's offset, with their uncertainty.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ _WEIGHT_SD, _OFFSET_SD = 1e3, 1e2
 
 
 class Tilt(NamedTuple):
-    """Direction of gravity in the base frame, which shows tilts of base and sensor.
+    """Direction of gravity in the base frame, which reveals tilts of base and sensor.
 
     At rest the force is R^T m g + offset. It is linear in the three numbers m g and in the three of the offset, so a
     few postures show gravity's direction along with the load.
@@ -52,7 +52,7 @@ class Tilt(NamedTuple):
         return f"according to the forces, gravity is {angle:.1f} +- {sd:.1f} deg from its described direction"
 
     def measure_errors(self, robot: SerialChain, Y: Array, signal: Array, q: Array) -> Array:
-        """Computes the covariance of the load that the tilt's uncertainty causes, shape (10, 10).
+        """Computes the load's covariance due to the uncertain tilt, shape (10, 10).
 
         Args:
             robot: The arm, with this gravity.
@@ -85,14 +85,17 @@ def measure_angle(a: Array, b: Array) -> float:
 
 
 def compute_force_regressors(robot: SerialChain, q: Array) -> Array:
-    """Computes the regressors of a sensor's forces and moments at rest, forces first, shape (N, 6, 10)."""
+    """Computes regressors of a resting sensor's forces and moments, (N, 6, 10).
+
+    Forces are first.
+    """
     rest = np.zeros_like(q)
     forces: Array = robot.compute_wrench_regressors(q, rest, rest)[:, [3, 4, 5, 0, 1, 2]]
     return forces
 
 
 def express_in_sensor(robot: SerialChain, run: Run) -> Run:
-    """Expresses a wrench that is given along the base's axes in those of the sensor; other runs stay as they are."""
+    """Expresses a base-frame wrench in the sensor's axes. Other runs stay unchanged."""
     if not run.description.wrench_in_base:
         return run
     rest = np.zeros_like(run.q)
@@ -102,7 +105,7 @@ def express_in_sensor(robot: SerialChain, run: Run) -> Run:
 
 
 def find_tilt(robot: SerialChain, run: Run) -> Tilt:
-    """Estimates the direction of gravity from the forces of a run of postures."""
+    """Estimates the direction of gravity from forces in a run of postures."""
     described = robot.gravity_W
     length = float(np.linalg.norm(described))
     # Forces of one kilogram with gravity along each axis of the base.
@@ -136,7 +139,9 @@ _NUM_PASSES = 4
 def build_wrist_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a sensor at the tip; without an empty run, all that is mounted on it is the load.
+    """Builds the evidence of a sensor at the tip.
+
+    Without an empty run, the load is everything on the sensor.
 
     Raises:
         BadValueError: There are several empty runs.
@@ -165,7 +170,10 @@ def build_wrist_evidence(
 
 
 def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettings) -> Evidence:
-    """Tares with an empty run: subtracts the sensor's offset, and makes the empty hand the phantom payload."""
+    """Subtracts the offset of an empty run.
+
+    The empty hand becomes the phantom payload.
+    """
     statistics = of_empty.compute_statistics(settings)
     num = statistics.num_channels
     zero = np.zeros(NUM_PARAMETERS)

@@ -1,1 +1,1 @@
-"""Experiments of this branch."""
+"""Experiments in which people or observers lift objects."""

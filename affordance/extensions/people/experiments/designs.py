@@ -1,7 +1,7 @@
-"""Writes a table of trials for programs that run it: PsychoPy, jsPsych, and the BIDS layout of behavioural data.
+"""Writes a table of trials for PsychoPy, jsPsych, and the BIDS layout.
 
-A table is data: what it says is shown on the screen, and nothing of it is run. All formats have the table's own names
-of columns, so that what they record can be read again.
+A table is data: its texts are shown on the screen, and never run. All formats use the table's names of columns, so
+that recorded data can be read again.
 """
 
 import json
@@ -44,7 +44,7 @@ RECORDED = ("force", "chosen", "response_time")
 
 
 def list_trials(table: TrialTable) -> pd.DataFrame:
-    """Lists the trials as texts, without columns that are empty or say the same as none."""
+    """Lists the trials as texts, without empty or redundant columns."""
     rows = table.rows.drop(columns=["place", "tool", "trial", "options", *RECORDED], errors="ignore")
     rows.insert(1, "trial", rows.groupby("participant").cumcount() + 1)
     for name in ("teaches", "measured"):
@@ -60,7 +60,9 @@ def list_trials(table: TrialTable) -> pd.DataFrame:
 
 
 def write_psychopy(table: TrialTable, folder: Path) -> str:
-    """Writes a conditions file and a script of the same name that runs it; returns how to run it.
+    """Writes a conditions file, and a script of the same name that runs it.
+
+    Returns instructions.
 
     Raises:
         BadValueError: PsychoPy would not accept the name of a column, or would run a cell as Python: it evaluates
@@ -82,7 +84,7 @@ def write_psychopy(table: TrialTable, folder: Path) -> str:
 
 
 def write_jspsych(table: TrialTable, folder: Path) -> str:
-    """Writes a page with a jsPsych timeline of each participant; returns how to run it."""
+    """Writes a page with a jsPsych timeline of each participant. Returns instructions."""
     name, people = table.source.stem, {}
     for participant, own in list_trials(table).groupby("participant", sort=False):
         people[str(participant)] = [
@@ -94,10 +96,12 @@ def write_jspsych(table: TrialTable, folder: Path) -> str:
 
 
 def write_bids(table: TrialTable, folder: Path) -> str:
-    """Writes a BIDS data set to fill in: a ``_beh.tsv`` for each participant and their ``_beh.json``.
+    """Writes a BIDS data set to fill in.
+
+    It has a ``_beh.tsv`` for each participant, and one ``_beh.json``.
 
     Raises:
-        BadValueError: Names of participants, without all but letters and digits, are empty or not different.
+        BadValueError: Names of participants, reduced to letters and digits, are empty or equal.
     """
     trials, task = list_trials(table), re.sub(r"[^A-Za-z0-9]", "", table.source.stem) or "lift"
     labels: dict[str, str] = {}

@@ -1,7 +1,7 @@
-"""Freezes the plan of an experiment before anybody takes part, for a preregistration.
+"""Freezes the plan of an experiment before data collection, for a preregistration.
 
 A plan is a JSON file with the trial table's and the objects' SHA-256, the learner and settings, the claims and the
-number of participants, and a SHA-256 of all of this. Whoever has the plan and the files can check that none changed.
+number of participants, and a SHA-256 of all of this. The plan and the files suffice to check that nothing changed.
 """
 
 import hashlib
@@ -42,7 +42,7 @@ def describe_plan(
     contrasts: Sequence[str],
     claims: Sequence[str],
 ) -> dict[str, Any]:
-    """Describes a plan, with the hashes of its files and its own.
+    """Describes a plan, with hashes of its files and of itself.
 
     Args:
         table: Trial table.
@@ -68,7 +68,7 @@ def describe_plan(
 
 
 def check_plan(path: Path, trials: Path, objects: Path | None) -> dict[str, Any]:
-    """Checks that the files of a plan are as they were frozen, and returns the plan.
+    """Checks that the files of a plan are unchanged, and returns the plan.
 
     Args:
         path: File of the plan.

@@ -26,7 +26,7 @@ _MOST_COLUMNS = 3  # of panels side by side, so that text is readable on a slide
 class LiftCurve(NamedTuple):
     """Forces of R observers of a learner in C lifts, (R, C), [N].
 
-    If given, ``predicted`` are the forces that would follow from the other objects alone, (R, C), [N].
+    If given, ``predicted`` are the forces that follow from other objects alone, (R, C), [N].
     """
 
     label: str
@@ -34,14 +34,17 @@ class LiftCurve(NamedTuple):
     predicted: Array | None
 
     def divide(self, weights: Array) -> "LiftCurve":
-        """Divides forces by the true weights of the lifted objects, (R, C), [N]."""
+        """Divides forces by the true weights of the objects, (R, C), [N]."""
         return LiftCurve(
             self.label, self.forces / weights, None if self.predicted is None else self.predicted / weights
         )
 
 
 class PeopleMark(NamedTuple):
-    """Mean of people with its 95 % interval, [N], for the lifts from first to last, counted from 1."""
+    """Mean of people with its 95 % interval, [N], for a range of lifts.
+
+    Lifts are counted from 1.
+    """
 
     label: str
     value: float
@@ -58,7 +61,9 @@ def draw_lifts(
     people: Sequence[PeopleMark],
     title: str,
 ) -> Figure:
-    """Draws forces in successive lifts: one panel per learner, with individual observers and human intervals.
+    """Plots forces in successive lifts, one panel per learner.
+
+    Panels show individual observers and human intervals.
 
     Args:
         curves: Forces of each learner's observers.
@@ -114,7 +119,9 @@ def draw_lifts(
 
 
 def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
-    """Draws a column of a lift table over trials: one row of panels per object, one panel per learner.
+    """Plots a column of a lift table over trials.
+
+    Objects are rows of panels, learners are columns.
 
     Each group has its own colour. If there are many objects, only the first are drawn.
     """
@@ -143,7 +150,10 @@ def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
 
 
 def _draw_group(axes: Axes, lifts: pd.DataFrame, column: str, colour: str, name: str) -> None:
-    """Draws a group's trials with one object: observers (thin), their mean with its interval, the weight (dotted)."""
+    """Plots a group's trials with one object.
+
+    Observers are thin lines, their mean has its interval, and the weight is dotted.
+    """
     if lifts.empty:
         return
     number = lifts.groupby("observer").cumcount() + 1
@@ -169,10 +179,10 @@ def draw_forces(
     predicted_by: Sequence[str] = (),
     people: Sequence[PeopleMark] = (),
 ) -> Figure:
-    """Draws the lift forces for some objects, one panel per learner.
+    """Plots the lift forces for some objects, one panel per learner.
 
-    Where the objects' weights differ, forces are divided by the weight. The dashed curve shows what other objects
-    predict: a line through force and size, fitted to their lifts between this lift and the next one that is drawn.
+    Where the objects' weights differ, forces are divided by the weight. The dashed curve is the prediction from other
+    objects: a line through force and size, fitted to their lifts between this lift and the next plotted one.
 
     Args:
         lifts: Table of lifts of all observers, with forces and weights, [N], and sizes, [m^3].
@@ -198,7 +208,7 @@ def draw_forces(
 
 
 def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str]) -> list[float]:
-    """Predicts the force in each lift of ``objects`` from the lifts of ``others`` that follow it."""
+    """Predicts the force in each lift of ``objects`` from the subsequent lifts of ``others``."""
     places = [*np.flatnonzero(lifts["object"].isin(objects)), len(lifts)]
     predicted = []
     for start, end in itertools.pairwise(places):
@@ -209,6 +219,6 @@ def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str])
 
 
 def predict_by_size(lifts: pd.DataFrame, size: float) -> float:
-    """Predicts the force for an object of a given size, [m^3], with a line fitted to other lifts, [N]."""
+    """Predicts the force for a size, [m^3], by a linear fit to other lifts, [N]."""
     slope, intercept = np.polyfit(lifts["size"].to_numpy(), lifts["force"].to_numpy(), 1)
     return float(intercept + slope * size)

@@ -1,9 +1,9 @@
-"""Lifts as a table with one row per lift, in the same form for simulated observers and for people.
+"""Simulates lifts as a table with one row per lift, as for people.
 
 A design is a function that draws the trials of one observer: a table with the columns block, cycle and object, whose
 rows are in the order of the lifts. ``run_lifts`` adds what each observer does. Before a lift the hand is clamped, and
-pushes up with the weight that the observer believes in; then the object is felt at rest. Both the push and what is
-felt are computed in closed form.
+pushes up with the believed weight. Then the object is felt at rest. Pushes and measurements are computed in closed
+form.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -63,7 +63,7 @@ def repeat(
     times: int = 1,
     row: int = 0,
 ) -> pd.DataFrame:
-    """Draws a block of trials in which each repetition contains all objects.
+    """Draws a block of trials in which each repetition has all objects.
 
     Args:
         objects: Names of the objects.
@@ -97,19 +97,25 @@ def _order(names: Sequence[str], order: str, rng: np.random.Generator, row: int)
 
 
 def count_rows(count: int) -> int:
-    """Counts the rows of the Latin square for a number of objects: that number if even, twice as many if odd."""
+    """Computes the number of Latin square rows for a number of objects.
+
+    It is this number if even, twice the number if odd.
+    """
     return count if count % 2 == 0 else 2 * count
 
 
 def build_row(count: int, row: int) -> list[int]:
-    """Builds a row of the balanced Latin square of Williams (1949), as places of objects, from 0."""
+    """Builds a row of the balanced Latin square of Williams (1949).
+
+    Entries are places of objects, from 0.
+    """
     zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
     places = [(place + row) % count for place in zigzag]
     return places if row < count else places[::-1]
 
 
 def counterbalance[T](values: Sequence[T], participant: int) -> list[T]:
-    """Orders values for one participant so that orders are balanced over participants (Latin square)."""
+    """Orders values for one participant, balanced over participants (Latin square)."""
     return [values[place] for place in build_row(len(values), participant % count_rows(len(values)))]
 
 
@@ -137,7 +143,7 @@ def build_table(
 def run_lifts(
     name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = ()
 ) -> pd.DataFrame:
-    """Lets observers of each learner lift objects; returns a row per lift.
+    """Simulates lifts of objects by observers of each learner, a row per lift.
 
     Args:
         name: Name of the experiment.
@@ -175,7 +181,9 @@ def run_lifts(
 
 
 def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) -> None:
-    """Checks that the arm can hold the objects, and that the closed form supports the settings.
+    """Checks that the arm can hold the objects.
+
+    Also checks that the closed form supports the settings.
 
     Raises:
         BadArgumentError, BadValueError: The closed form does not support a setting.
@@ -193,7 +201,10 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
 
 
 def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequence[int]) -> list[xr.Dataset]:
-    """Lets observers lift the objects of their trials in order, and learn from each lift."""
+    """Simulates observers who lift the objects of their trials in order.
+
+    They learn from each lift.
+    """
     names = [tool.name for tool in tools]
     trials = [
         design(observer, np.random.default_rng([setup.seed, observer, Stream.LIFT_ORDER])) for observer in observers
@@ -246,7 +257,10 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
 
 
 def do_differ(settings: Settings) -> bool:
-    """Says whether observers differ, by changed participant settings or by a learner with a value per observer."""
+    """Returns True if observers differ.
+
+    They do with spreads of participants, or with a learner's value per observer.
+    """
     values = vars(settings.learner.parameters).values()
     return with_participant(settings).participant != Participant() or any(isinstance(each, tuple) for each in values)
 
@@ -258,7 +272,7 @@ def summarise_lifts(
     *,
     without_interval: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Computes means over observers with 95 % intervals, for each learner.
+    """Computes means over observers with 95 % intervals for each learner.
 
     Args:
         lifts: Table of lifts of all observers.
@@ -280,7 +294,10 @@ def summarise_lifts(
 
 
 def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series]) -> dict[str, dict[str, Array]]:
-    """Computes the numbers of every observer from its own lifts: arrays (observers,) by learner and name."""
+    """Computes the numbers of every observer from its own lifts.
+
+    Returns arrays (observers,) by learner and name.
+    """
     found = {}
     for learner, of_one in lifts.groupby("learner", sort=False):
         rows = pd.DataFrame([measure(own) for _, own in of_one.groupby("observer")])
@@ -301,7 +318,7 @@ def build_lift_experiment(
     without_interval: Sequence[str] = (),
     observers: int = 50,
 ) -> Experiment:
-    """Builds an experiment in which observers of each learner lift objects, from its parts.
+    """Builds an experiment in which observers of each learner lift objects.
 
     Args:
         name: Name of the experiment.
@@ -341,7 +358,9 @@ def build_lift_experiment(
 
 
 def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
-    """Creates a cylinder of a single material, held at its middle; lengths in m, mass in kg.
+    """Creates a cylinder of one material, held at its middle.
+
+    Lengths are in m, the mass in kg.
 
     A size, mass or density out of bounds, or an invalid colour, raises a BadArgumentError.
     """

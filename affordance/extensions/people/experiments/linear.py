@@ -1,9 +1,9 @@
 """Linear+ and Linear++ (Cesanek, Zhang, Ingram, Wolpert and Flanagan 2021, eLife 10:e71627).
 
-Cylinders of one look, whose weight is in proportion to their size, become familiar. Then a test object is added: its
-size is between theirs, but it weighs a third (Linear+) or two thirds (Linear++) more than its size predicts. Before
-each lift the hand is clamped, and pushes upward to match the weight. Expected, from people: in Linear+ the force for
-the test object stays at what its family predicts; in Linear++ it covers two thirds of the difference to its own
+Cylinders of one look become familiar; their weight is proportional to their size. Then a test object of intermediate
+size is added. It weighs a third (Linear+) or two thirds (Linear++) more than its size predicts. Before each lift the
+hand is clamped, and pushes upward to match the weight. Expected, from people: in Linear+ the force for the test
+object stays at the family's prediction. In Linear++ it covers two thirds of the difference to the object's own
 weight. Kappa, the breadth of a category, was fitted to these two groups.
 """
 
@@ -48,7 +48,10 @@ MEANINGS = {
 
 
 class Published(NamedTuple):
-    """Published mean over people with its 95 % interval, in SI units; NaN if no interval is published."""
+    """Published mean over people with its 95 % interval, in SI units.
+
+    The interval is NaN if unpublished.
+    """
 
     value: float
     low: float = math.nan
@@ -81,7 +84,10 @@ GROUPS = {
 
 
 def describe(name: str, setup: Setup, lifts: pd.DataFrame, numbers: dict[str, Any]) -> dict[str, Any]:
-    """Describes the results of one group: texts, claims, figure and table; adds people's numbers."""
+    """Describes the results of one group, including people's numbers.
+
+    Returns texts, claims, figure and table.
+    """
     group = GROUPS[name]
     people = list_people(group)
     numbers["people"] = describe_people(people)
@@ -135,14 +141,17 @@ def make_objects(name: str) -> list[Tool]:
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws one observer's trials: the family alone, then cycles of the test object followed by its family."""
+    """Draws one observer's trials.
+
+    The family comes alone, then in cycles after the test object.
+    """
     family = repeat([*TRAINING], FAMILIAR, rng, block="family")
     mixed = repeat([*TRAINING, "test"], MIXED, rng, block="odd member", first=["test"])
     return pd.concat([family, mixed])
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from its lifts in order."""
+    """Computes the numbers of one observer or person from its lifts in order."""
     test, family = lifts[lifts["object"] == "test"], lifts[lifts["object"] != "test"]
     weight, end = test["weight"].iloc[0], test["force"].tail(16).to_numpy().mean()
     by_family = predict_by_size(family.tail(64), test["size"].iloc[0])  # over the last 16 cycles
@@ -160,7 +169,10 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def list_people(group: Group) -> dict[str, Published]:
-    """Lists people's values; the interval of f is propagated from its two forces as if they were independent."""
+    """Lists people's values.
+
+    The interval of f is propagated from its two forces as if they were independent.
+    """
     people = dict(group.people)
     weight, end, family = people["weight_N"].value, people["end_N"], people["family_N"]
     f = (end.value - family.value) / (weight - family.value)
@@ -172,7 +184,10 @@ def list_people(group: Group) -> dict[str, Published]:
 
 
 def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
-    """Returns people's means as NAME and their intervals, if published, as NAME_ci95, as in metrics.json."""
+    """Returns people's means as NAME and published intervals as NAME_ci95.
+
+    The names are as in metrics.json.
+    """
     numbers: dict[str, Any] = {}
     for name, each in people.items():
         numbers[name] = each.value
@@ -182,13 +197,13 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
 
 
 def find_spread(published: Published, count: int, source: str) -> PeopleSpread:
-    """Computes the standard deviation between people from the interval of their mean (Student's t)."""
+    """Computes the SD between people from the interval of their mean (Student's t)."""
     quantile = float(scipy.stats.t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
     return PeopleSpread(0.5 * (published.high - published.low) * math.sqrt(count) / quantile, source)
 
 
 def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -> list[ClaimResult]:
-    """Judges whether each learner does what people did."""
+    """Tests if each learner behaves like people."""
     first = [
         check(f"first force divided by the force that the size predicts, {label_learner(learner)}",
               found["first_N"] / PREDICTED, at_least=0.85, at_most=1.15)
@@ -224,7 +239,7 @@ def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def list_spreads(name: str, means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists the standard deviations between people that their published intervals imply."""
+    """Lists the SDs between people that follow from published intervals."""
     group = GROUPS[name]
     known = {key: each for key, each in list_people(group).items() if math.isfinite(each.low)}
     return {key: find_spread(each, group.num_people, f"{SOURCE}, {group.name}") for key, each in known.items()}

@@ -1,4 +1,7 @@
-"""Builds a table of trials from short descriptions of blocks, with orders that are balanced over participants."""
+"""Builds a table of trials from short descriptions of blocks.
+
+Orders are balanced over participants.
+"""
 
 import re
 from collections.abc import Sequence
@@ -39,7 +42,7 @@ class Block(NamedTuple):
 
 
 def parse_block(text: str, known: Sequence[str], groups: Sequence[str]) -> Block:
-    """Parses the description of a block; ``all`` stands for all objects.
+    """Parses the description of a block. ``all`` is all objects.
 
     Args:
         text: Description, such as "learn: small, large x 5", "A/test: odd=1.2 > small, large x 40", "learn: all x 3".
@@ -79,7 +82,9 @@ def parse_block(text: str, known: Sequence[str], groups: Sequence[str]) -> Block
 def build_trials(
     blocks: Sequence[Block], participants: int, *, groups: Sequence[str], order: str, seed: int
 ) -> pd.DataFrame:
-    """Builds a table of trials: participants P1, P2, ... are assigned to the groups in turn.
+    """Builds a table of trials.
+
+    Participants P1, P2, ... are assigned to the groups in turn.
 
     With the order ``latin``, participant n of each group begins at row n of a Latin square, and each cycle takes the
     next row.
@@ -114,7 +119,7 @@ def build_trials(
 
 
 def describe_balance(blocks: Sequence[Block], participants: int, groups: Sequence[str], order: str) -> str:
-    """Says in one sentence whether the orders of objects are balanced over the participants of each group."""
+    """Describes if the orders of objects are balanced over a group's participants."""
     if order != "latin":
         return f"Orders are {order}, and not balanced over participants."
     sizes = [(participants - place - 1) // len(groups) + 1 for place in range(len(groups))]

@@ -1,4 +1,4 @@
-"""Contrasts that are chosen before anybody is simulated or measured: parsed, computed, and the people they need.
+"""Planned contrasts, chosen before data exist: parsing, effects, and required people.
 
 ``MEASURE: ONE - OTHER [in PLACE, ...]``, such as ``force: large - small in test``. ONE and OTHER are both objects,
 groups, phases, or first and last lifts (``last 3``); or OTHER is a number. Objects, phases and lifts are compared
@@ -30,7 +30,10 @@ _LIFTS = "lifts"  # kind of first and last lifts
 
 
 class Level(NamedTuple):
-    """Object, group or phase, with its name; or the first (number > 0) or last lifts (number < 0) of each object."""
+    """Object, group or phase by name, or first or last lifts of each object.
+
+    A positive number counts first lifts, a negative number last lifts.
+    """
 
     kind: str
     name: str
@@ -38,7 +41,10 @@ class Level(NamedTuple):
 
 
 class PlannedContrast(NamedTuple):
-    """Difference between two levels, or between a level and a number, in some places of the design."""
+    """Difference between two levels, or between a level and a number.
+
+    It can be limited to places of the design.
+    """
 
     text: str
     measure: str
@@ -48,7 +54,10 @@ class PlannedContrast(NamedTuple):
 
     @property
     def groups(self) -> int:
-        """Number of groups of people that the t test compares, or with which it compares a number."""
+        """Number of groups in the t test, 2 or 1.
+
+        With one group, persons or a number are compared.
+        """
         return 2 if self.one.kind == "group" and isinstance(self.other, Level) else 1
 
     @property
@@ -60,7 +69,10 @@ class PlannedContrast(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """Contrast of one learner, or of people: mean with 95 % interval, SD between persons, and persons per group."""
+    """Contrast of a learner or of people: mean, 95 % interval, SD, and group sizes.
+
+    The SD is between persons.
+    """
 
     mean: float
     low: float
@@ -76,7 +88,7 @@ class Effect(NamedTuple):
 
 
 def parse_contrast(text: str, rows: pd.DataFrame) -> PlannedContrast:
-    """Parses a contrast, and checks that the trials of a table can answer it.
+    """Parses a contrast, and checks that a table's trials can answer it.
 
     Raises:
         BadValueError: The form is wrong, a name is unknown or has two meanings, or no trials are in a level.
@@ -132,10 +144,12 @@ def parse_contrast(text: str, rows: pd.DataFrame) -> PlannedContrast:
 
 
 def compute_effect(contrast: PlannedContrast, lifts: pd.DataFrame) -> Effect | None:
-    """Computes a contrast from the lifts of one learner's observers, or of people; None for fewer than two persons.
+    """Computes a contrast from the lifts of one learner's observers, or of people.
 
-    Each person counts once, with the mean of its lifts in each level. The interval and the p-value are those of
-    Student's t test: of the persons' differences, or, between groups, with the pooled variance.
+    Returns None for fewer than two persons.
+
+    Each person counts once, with the mean of its lifts in each level. The interval and the p-value are from Student's
+    t test on the persons' differences or, between groups, with the pooled variance.
     """
     measured = lifts[lifts["measured"] & lifts[contrast.measure].notna()]
     one, *others = (
@@ -160,13 +174,19 @@ def _list_levels(contrast: PlannedContrast) -> list[Level]:
 
 
 def _subtract(contrast: PlannedContrast, one: pd.Series, others: Sequence[pd.Series]) -> Array:
-    """Returns the persons' differences; persons without one of the levels are left out."""
+    """Returns each person's difference.
+
+    Persons without one of the levels are left out.
+    """
     other = others[0] if others else contrast.other
     return np.asarray((one - other).dropna(), dtype=float)
 
 
 def _select(lifts: pd.DataFrame, level: Level, places: Sequence[Level], person: str) -> pd.DataFrame:
-    """Selects the lifts of a level in some places; first and last lifts are those of each object in each phase."""
+    """Selects the lifts of a level in some places.
+
+    First and last lifts count for each object in each phase.
+    """
     levels = sorted((level, *places), key=lambda each: each.kind == _LIFTS)
     for each in levels:
         if each.kind == _LIFTS:
@@ -178,7 +198,7 @@ def _select(lifts: pd.DataFrame, level: Level, places: Sequence[Level], person: 
 
 
 def compute_effects(contrasts: Sequence[PlannedContrast], lifts: pd.DataFrame) -> list[dict[str, Effect]]:
-    """Computes each contrast for all learners, and for people if they have the measure."""
+    """Computes each contrast for all learners, and for people with the measure."""
     found = []
     for contrast in contrasts:
         each = {str(who): compute_effect(contrast, own) for who, own in lifts.groupby("learner", sort=False)}
@@ -205,7 +225,7 @@ def _find_statistic(effect: Effect) -> float:
 
 
 class Sizes(NamedTuple):
-    """Numbers of people in each group that a contrast needs.
+    """Numbers of people per group that a contrast needs.
 
     Attributes:
         find: To find the contrast if people learn like a learner, by learner.
@@ -229,7 +249,9 @@ def count_for(
     contrasts: int = 1,
     power: float = POWER,
 ) -> Sizes:
-    """Computes the people that a contrast needs, at .05 divided by the number of planned contrasts (Bonferroni).
+    """Computes the people that a contrast needs, with Bonferroni's correction.
+
+    The level is .05 divided by the number of planned contrasts.
 
     Args:
         contrast: Contrast.
@@ -277,7 +299,10 @@ def _show(count: float) -> str:
 def list_content(
     contrasts: Sequence[PlannedContrast], effects: Sequence[Mapping[str, Effect]], sizes: Sequence[Sizes] = ()
 ) -> list[dict[str, Any]]:
-    """Lists contrasts as they are written to files: effects, and the people needed, null where none suffice."""
+    """Lists contrasts with effects and required people, as in files.
+
+    Numbers are null where no number suffices.
+    """
     content = []
     for number, (contrast, own) in enumerate(zip(contrasts, effects, strict=True)):
         each: dict[str, Any] = {

@@ -1,4 +1,7 @@
-"""Predictions of every learner for an experiment without human data, and how well its measures separate learners."""
+"""Predictions of every learner without human data.
+
+Measures are ranked by how well they separate learners.
+"""
 
 import itertools
 import math
@@ -30,7 +33,10 @@ _SPREAD = (0.05, 0.95)
 
 
 class Prediction(NamedTuple):
-    """Prediction of a measure by a learner: mean with interval, SD, 5th and 95th percentile, and all values, (R,)."""
+    """Prediction of a measure by a learner, with all values, (R,).
+
+    It has mean with interval, SD, 5th and 95th percentile.
+    """
 
     mean: Estimate
     sd: float
@@ -67,7 +73,9 @@ def contrast_learners(
     *,
     power: float = POWER,
 ) -> list[Contrast]:
-    """Compares all pairs of learners on all measures; the measure that separates a pair best comes first.
+    """Compares all pairs of learners on all measures.
+
+    The measure that separates a pair best comes first.
 
     Simulated observers vary less than people, whose push strength also varies. If the spread between people is known
     from an experiment with the same measure, it is added to the spread of the observers. Measures with human data
@@ -97,7 +105,9 @@ def contrast_learners(
 
 
 def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
-    """Computes the probability that a second value exceeds a first one after normal noise is added to both.
+    """Computes the probability that a second value exceeds a first, with added noise.
+
+    The noise is normal, on both values.
 
     Args:
         first: Values of the first group, (M,).
@@ -113,10 +123,10 @@ def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
 def count_people(
     effect: float, power: float = POWER, *, groups: int = 2, significance: float = SIGNIFICANCE
 ) -> float:
-    """Computes the size of each group that a two-sided t test needs, at least 2.
+    """Computes the group size that a two-sided t test needs, at least 2.
 
-    Power is that of the noncentral t distribution. The normal approximation, which needs fewer, is where the search
-    starts; above ``MANY`` it is the answer.
+    Power is that of the noncentral t distribution. The search starts from the normal approximation, which is smaller.
+    Above ``MANY`` the approximation is the answer.
 
     Args:
         effect: Cohen's d; of a paired test, the mean difference divided by the differences' standard deviation.
@@ -134,7 +144,7 @@ def count_people(
 
 
 def _compute_power(effect: float, count: float, groups: int, significance: float) -> float:
-    """Computes the power of a t test with that many people in each group."""
+    """Computes the power of a t test for a number of people per group."""
     free, shift = groups * (count - 1.0), abs(effect) * math.sqrt(count / groups)
     if math.isinf(shift):
         return 1.0
@@ -143,7 +153,10 @@ def _compute_power(effect: float, count: float, groups: int, significance: float
 
 
 def describe_best(predictions: Mapping[str, Mapping[str, Prediction]], contrasts: Sequence[Contrast]) -> str:
-    """Describes in three sentences the measure that separates a pair of learners best, and how it was chosen."""
+    """Describes the measure that separates a pair of learners best.
+
+    Three sentences also say how it was chosen.
+    """
     if not contrasts:
         return "There is only one learner, so there is nothing to distinguish."
     text = f"{describe_contrast(contrasts[0])}."
@@ -163,7 +176,9 @@ def format_predictions(
     spreads: Mapping[str, PeopleSpread] | None = None,
     width: int = 0,
 ) -> str:
-    """Formats predictions, spreads between people, and the measure that best separates each pair of learners.
+    """Formats predictions, spreads between people, and the best separating measures.
+
+    Each pair of learners has its own measure.
 
     Measures that are the same for all observers of all learners follow in one line. Lines are wrapped at ``width``
     characters unless it is 0.
@@ -195,13 +210,16 @@ def format_predictions(
 
 
 def _show(value: Array | float, digits: int = 3) -> str:
-    """Formats a number; large ones have no exponent."""
+    """Formats a number. Large ones have no exponent."""
     text = f"{float(value):.{digits}g}"
     return format_number(float(value), digits) if "e+" in text else text
 
 
 def describe_contrast(contrast: Contrast) -> str:
-    """Describes how well a measure separates two learners, among people or, without human data, observers."""
+    """Describes how well a measure separates two learners.
+
+    The values are people's or, without human data, observers'.
+    """
     pair = " and ".join(contrast.learners)
     if math.isinf(contrast.num_people):
         return f"{pair} are not distinguished by any of these"
@@ -246,7 +264,9 @@ class Predicted(NamedTuple):
 def predict(
     name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers], *, power: float = POWER
 ) -> Predicted:
-    """Simulates the observers of every learner; writes their predictions and which numbers separate learners.
+    """Simulates every learner's observers, and writes their predictions.
+
+    The file also says which numbers separate learners.
 
     Finished observers are stored as in a run, so a later run does not simulate them again.
 
@@ -278,7 +298,10 @@ def predict(
 
 
 def _sort_by_number(found: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Array]]:
-    """Arranges numbers by name and learner, each (observers,); each entry of an array becomes a separate number."""
+    """Arranges numbers by name and learner, each (observers,).
+
+    Each entry of an array becomes a separate number.
+    """
     values: dict[str, dict[str, Array]] = {}
     for learner, numbers in found.items():
         for key, array in numbers.items():
@@ -294,7 +317,7 @@ def _describe(
     spreads: Mapping[str, PeopleSpread],
     contrasts: Sequence[Contrast],
 ) -> dict[str, Any]:
-    """Returns the predictions as they are written to the file."""
+    """Returns the predictions in the form of the file."""
     numbers = {
         number: {
             learner: {
@@ -318,7 +341,7 @@ def _describe(
 
 
 def _keep_finite(value: Any) -> Any:
-    """Replaces every number that is not finite with null, because JSON has no such numbers."""
+    """Replaces numbers that are not finite with null, which JSON needs."""
     if isinstance(value, Mapping):
         return {name: _keep_finite(entry) for name, entry in value.items()}
     if isinstance(value, list):

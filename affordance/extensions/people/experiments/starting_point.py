@@ -23,13 +23,16 @@ TOOLS.append(cylinder("odd", radius=0.04, height=0.105, mass=1.8))  # [m], [kg];
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer; they may depend on its number: ``if observer % 2: ...``."""
+    """Draws the trials of one observer.
+
+    They may depend on its number: ``if observer % 2: ...``.
+    """
     family = repeat([*FAMILY], 10, rng, block="family")
     return pd.concat([family, repeat([*FAMILY, "odd"], 10, rng, block="odd member", first=["odd"])])
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from its lifts in order."""
+    """Computes the numbers of one observer or person from its lifts in order."""
     odd = lifts[lifts["object"] == "odd"]
     return pd.Series({"first_N": odd["force"].iloc[0], "last_N": odd["force"].tail(3).mean()})
 

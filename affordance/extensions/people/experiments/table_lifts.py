@@ -1,4 +1,4 @@
-"""Simulates the trials of a table: each participant is simulated by one observer, or by several repeats.
+"""Simulates the trials of a table with one or more observers per participant.
 
 Lifts and looks are computed in closed form; holds are simulated. Each observer has one memory, which passes through
 its trials in order. Its random draws depend on the root seed, the place of its participant in the table, and, for the
@@ -73,7 +73,7 @@ MEASURED = {
 
 
 class Trials(NamedTuple):
-    """Trials of all participants in order, as arrays (N,), and the objects that they present."""
+    """Trials of all participants in order, as arrays (N,), with their objects."""
 
     place: NDArray[np.intp]  # index of the participant
     do: NDArray[np.intp]  # index in DOINGS
@@ -86,7 +86,7 @@ class Trials(NamedTuple):
 
 @dataclass(frozen=True)
 class TableExperiment:
-    """Experiment whose trials are given by a table.
+    """Experiment with trials from a table.
 
     Attributes:
         name: Name of its folder within the folder of results.
@@ -116,7 +116,9 @@ class TableExperiment:
         check_can_be_presented(self.table, setup.settings)
 
     def collect(self, setup: Setup) -> pd.DataFrame:
-        """Lets observers of each learner do the trials; the setup's number of observers is ignored.
+        """Simulates the trials with observers of each learner.
+
+        The setup's number of observers is ignored.
 
         Returns: Rows of the table with measurements, for each observer of each learner; then people's own lifts.
         """
@@ -196,7 +198,10 @@ class TableExperiment:
 
 
 def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
-    """Checks that the arm can hold every object; raises an InfeasibleError that names the row otherwise."""
+    """Checks that the arm can hold every object.
+
+    Otherwise an InfeasibleError names the row.
+    """
     with suppress(InfeasibleError):  # the loop below finds the object; it is slow
         check_can_be_lifted(table.source.name, table.tools, settings)
         return
@@ -211,7 +216,7 @@ def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
 
 
 def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -> tuple[Trials, list[Choice]]:
-    """Returns the trials as arrays, and the planned choices of grips that they ask for."""
+    """Returns the trials as arrays, and the planned choices of grips."""
     rows, planned, choices = table.rows, dict[tuple[int, str], int](), list[Choice]()
     chosen = np.full(len(rows), NO_OPTION)
     for place in np.flatnonzero(rows["do"] == "choose"):
@@ -229,10 +234,12 @@ def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -
 
 
 def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int]) -> list[xr.Dataset]:
-    """Runs observers, who repeat participants' trials; returns measurements, NaN after the last trial.
+    """Simulates observers, who repeat participants' trials.
 
-    Observers of the same objects run at once, if there are several; their trials must be in closed form. Each is as
-    it would be alone, but for rounding.
+    Returns measurements, which are NaN after the last trial.
+
+    Observers of the same objects run at once, if there are several; their trials must be in closed form. Each result
+    equals that of a separate run, except for rounding.
     """
     counts = np.bincount(trials.place)
     alike: dict[tuple[int, ...], list[int]] = {}
@@ -248,7 +255,10 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observers: 
 def _observe_alike(
     setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int], presented: Sequence[int]
 ) -> list[xr.Dataset]:
-    """Runs observers of the same presented objects at once: trial by trial, each a column of arrays."""
+    """Simulates observers of the same objects at once, trial by trial.
+
+    Each trial is a column of arrays.
+    """
     counts = np.bincount(trials.place)
     repeats, places = np.divmod(observers, len(counts))
     who = [
@@ -309,7 +319,7 @@ def _observe_alike(
 
 
 def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int) -> pd.DataFrame:
-    """Repeats each participant's rows for each of its observers, in the order of observers."""
+    """Repeats each participant's rows for each observer, in the order of observers."""
     rows = table.rows.iloc[np.concatenate([*places] * repeats)].reset_index(drop=True)
     sizes = np.array([len(each) for each in places] * repeats)
     observer = np.repeat(np.arange(len(sizes)), sizes)
@@ -318,7 +328,10 @@ def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int)
 
 
 def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
-    """Names the chosen grip in each row; empty where nothing is chosen or no grip can be used."""
+    """Names the chosen grip in each row.
+
+    Empty without a choice or a usable grip.
+    """
     names = []
     for tool, place in zip(rows["tool"], rows["chosen"], strict=True):
         has_chosen = not (math.isnan(place) or place == NO_OPTION)
@@ -327,7 +340,7 @@ def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
 
 
 def _finish(lifts: pd.DataFrame, table: TrialTable, gravity: float) -> pd.DataFrame:
-    """Adds mass, size and weight of the presented objects, and sorts the columns."""
+    """Adds mass, size and weight of the presented objects. Sorts the columns."""
     lifts["mass"] = np.array([tool.mass for tool in table.tools])[lifts["tool"]]
     lifts["size"] = np.array([compute_volume(tool) for tool in table.tools])[lifts["tool"]]
     lifts["weight"] = gravity * lifts["mass"]
@@ -355,10 +368,12 @@ BY = ("learner", "group", "phase", "object")
 
 
 def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
-    """Averages the measured rows over observers or people for each learner, group, phase and object.
+    """Averages measurements over observers or people.
 
-    Each observer counts once, with the mean of its rows. Intervals are 95 % intervals. Quantities that no row has
-    are left out.
+    Each learner, group, phase and object has its own mean.
+
+    Each observer counts once, with the mean of its rows. Intervals are 95 % intervals. Missing quantities are left
+    out.
     """
     found = []
     for key, rows in lifts[lifts["measured"]].groupby([*BY], sort=False):
@@ -378,7 +393,10 @@ def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def describe_too_strong(lifts: pd.DataFrame) -> str:
-    """Describes in one sentence which simulated pushes are too strong for a hand; empty if none is."""
+    """Describes simulated pushes that are too strong for a hand.
+
+    Empty if there are none.
+    """
     pushes = lifts[lifts["learner"] != PEOPLE].groupby("object", sort=False)["force"].max()
     strong = [f"{name} up to {push:.0f} N" for name, push in pushes[pushes > STRENGTH].items()]
     if not strong:
@@ -392,7 +410,9 @@ def describe_too_strong(lifts: pd.DataFrame) -> str:
 def list_numbers(
     lifts: pd.DataFrame, people_sd: float | None
 ) -> tuple[dict[str, dict[str, Array]], dict[str, PeopleSpread]]:
-    """Lists the mean of each observer for each learner and measure (quantity, group, phase and object).
+    """Lists each observer's mean for each learner and measure.
+
+    A measure is a quantity with group, phase and object.
 
     Returns: Means, (observers,), by learner and measure; and by measure, the standard deviation between the people in
         the table, or for forces the given one, [N].
@@ -414,7 +434,10 @@ def list_numbers(
 
 
 def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Formats means as a table of strings, without columns that are empty or have only one group or phase."""
+    """Formats means as a table of strings.
+
+    Columns that are empty, or have only one group or phase, are left out.
+    """
     rows = [
         {
             **{name: str(mean[name]) for name in BY},
@@ -431,7 +454,7 @@ def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 
 def describe_means(means: Sequence[Mapping[str, Any]], width: int = 0) -> str:
-    """Formats the table of means as text, within ``width`` characters unless it is 0."""
+    """Formats the table of means as text, within ``width`` characters unless 0."""
     table = tabulate_means(means).reset_index()
     rows = [[str(name) for name in table], *table.to_numpy(str).tolist()]
     left = [number for number, name in enumerate(table) if name in (*BY, "chosen")]
@@ -448,6 +471,9 @@ def _show(mean: Mapping[str, Any], name: str) -> str:
 
 
 def _name_place(where: Sequence[Any], lifts: pd.DataFrame) -> str:
-    """Names group, phase and object, without a group or phase that all rows share."""
+    """Names group, phase and object.
+
+    A group or phase that all rows share is left out.
+    """
     pairs = zip(BY[1:], where, strict=True)
     return ", ".join(str(value) for name, value in pairs if name == "object" or lifts[name].nunique() > 1)

@@ -1,4 +1,7 @@
-"""Reads the cells of a table that a spreadsheet or another program wrote; errors name row and column."""
+"""Reads the cells of a table from a spreadsheet or another program.
+
+Errors name row and column.
+"""
 
 import difflib
 import itertools
@@ -49,19 +52,21 @@ class Cells(NamedTuple):
     has_commas: bool = False
 
     def get(self, name: str) -> list[str]:
-        """Returns the cells of a column; they are empty texts if the table has no such column."""
+        """Returns the cells of a column, or empty texts if it is missing."""
         return list(self.texts[name]) if name in self.labels else [""] * len(self.texts)
 
 
 def read_cells(path: Path, known: Collection[str], needed: Sequence[str], renamed: Mapping[str, str]) -> Cells:
-    """Reads a UTF-8 file, with or without byte-order mark; commas, semicolons or tabs separate its cells.
+    """Reads a UTF-8 file with cells separated by commas, semicolons or tabs.
+
+    A byte-order mark is optional.
 
     Numbers may have decimal commas unless commas separate the cells. Empty rows are ignored.
 
     Args:
         path: File of the table.
         known: This program's names of columns.
-        needed: Those that the table must have.
+        needed: Names of columns that the table must have.
         renamed: Names in the file of some columns, by this program's names.
 
     Raises:
@@ -94,7 +99,7 @@ def read_cells(path: Path, known: Collection[str], needed: Sequence[str], rename
 def name_cells(
     path: Path, table: pd.DataFrame, known: Collection[str], needed: Sequence[str], renamed: Mapping[str, str]
 ) -> Cells:
-    """Finds the columns of a table of texts, whose first row has their names; for the rest see ``read_cells``."""
+    """Finds the columns of a table of texts by its first row; see ``read_cells``."""
     table = table.fillna("").map(
         lambda cell: "" if cell.strip().lower() == "n/a" else cell.strip()
     )  # n/a is that of BIDS
@@ -135,13 +140,19 @@ def name_cells(
 
 
 def _counts_rows(column: Sequence[str]) -> bool:
-    """Returns whether a column has no name and its cells are whole numbers that rise."""
+    """Returns True for a column of row numbers.
+
+    It has no name, and its cells are rising whole numbers.
+    """
     numbers = [int(cell) for cell in column[1:] if cell.isdecimal()]
     return not column[0] and len(numbers) == len(column) - 1 and all(a < b for a, b in itertools.pairwise(numbers))
 
 
 def refuse_cell(cells: Cells, place: int, name: str, problem: str) -> NoReturn:
-    """Raises a BadValueError about a cell, given by its row, from 0, and this program's name of its column."""
+    """Raises a BadValueError about a cell.
+
+    The cell is given by its row, from 0, and this program's name of its column.
+    """
     where = f"row {cells.texts.index[place]}, {cells.labels.get(name, name)}"
     raise BadValueError(cells.path, where, problem)
 
@@ -154,7 +165,7 @@ def read_names(cells: Cells, name: str, default: str) -> list[str]:
 
 
 def read_choices(cells: Cells, name: str, known: Collection[str], default: str = "") -> list[str]:
-    """Reads a column whose cells must be among known names; case is ignored."""
+    """Reads a column whose cells must be known names, ignoring case."""
     by_name = {**{each.lower(): each for each in known}, **{each: each for each in known}}
     texts = [cell or default for cell in cells.get(name)]
     found = [by_name.get(cell, by_name.get(cell.lower(), "")) for cell in texts]
@@ -164,7 +175,7 @@ def read_choices(cells: Cells, name: str, known: Collection[str], default: str =
 
 
 def read_truths(cells: Cells, name: str) -> list[bool]:
-    """Reads a column of truth values; empty cells are true."""
+    """Reads a column of truth values. Empty cells are true."""
     for place, cell in enumerate(cells.get(name)):
         if cell.lower() not in (*_TRUE, *_FALSE):
             refuse_cell(cells, place, name, f"is {show_value(cell)}, must be yes or no")
@@ -174,7 +185,7 @@ def read_truths(cells: Cells, name: str) -> list[bool]:
 def read_numbers(
     cells: Cells, name: str, low: float, high: float, unit: str = "", small: str = "", share: float = 1e-3
 ) -> list[float]:
-    """Reads a column of numbers within bounds; empty cells are NaN.
+    """Reads a column of numbers within bounds. Empty cells are NaN.
 
     If a value is out of bounds and seems to be in ``small``, a smaller unit (``share`` times ``unit``), the error
     suggests the conversion.
@@ -205,7 +216,7 @@ def check_cell(
     small: str = "",
     share: float = 1e-3,
 ) -> None:
-    """Refuses a number out of bounds; for the arguments see ``read_numbers``."""
+    """Rejects a number out of bounds; arguments are as in ``read_numbers``."""
     if not low <= value <= high:
         is_small = small and low <= share * value <= high
         hint = (

@@ -1,4 +1,6 @@
-"""Trial tables: one row per trial, from a spreadsheet, another program or a function, checked cell by cell.
+"""Reads and checks trial tables with one row per trial.
+
+They come from a spreadsheet, another program or a function.
 
 Rows are in the order of the trials. Only the column ``object`` is required. By default a trial is a lift of the
 object as its file defines it, by one participant in one group. A column ``block`` serves as ``phase`` if there is no
@@ -68,7 +70,7 @@ class TrialTable(NamedTuple):
 
     @property
     def participants(self) -> list[str]:
-        """Names of the participants, in the order in which they first occur."""
+        """Names of the participants, in order of first occurrence."""
         return list(dict.fromkeys(self.rows["participant"]))
 
 
@@ -80,7 +82,7 @@ def read_trials(
     columns: Mapping[str, str] = {},
     tasks: Collection[str] = (),
 ) -> TrialTable:
-    """Reads a trial table from a file and checks it; for the format see ``read_cells``.
+    """Reads a trial table from a file and checks it; ``read_cells`` describes the format.
 
     Args:
         path: File of the table.
@@ -104,7 +106,10 @@ def check_trials(
     tasks: Collection[str] = (),
     name: str = "trials",
 ) -> TrialTable:
-    """Checks a table built in Python as if it had been read from a file; its first trial is row 2."""
+    """Checks a table built in Python as if it came from a file.
+
+    Its first trial is row 2.
+    """
     texts = frame.astype(object).map(lambda cell: "" if pd.isna(cell) else str(cell)).to_numpy(object)
     table = pd.DataFrame([[str(each) for each in frame.columns], *texts])
     table.index += 1
@@ -114,7 +119,7 @@ def check_trials(
 def _check(
     cells: Cells, tools: Sequence[Tool], materials: Mapping[str, Material], tasks: Collection[str]
 ) -> TrialTable:
-    """Checks all cells, and makes the presented objects."""
+    """Checks all cells, and builds the presented objects."""
     by_name = {tool.name: tool for tool in tools}
     rows = pd.DataFrame(
         {
@@ -148,7 +153,10 @@ def _check(
 
 
 def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tasks: Collection[str]) -> None:
-    """Checks that the cells of each row fit together, and that each participant is in one group."""
+    """Checks that the cells of each row are consistent.
+
+    Each participant must be in one group.
+    """
     given = {name: cells.get(name) for name in ("task", "duration", "force")}
     groups: dict[str, str] = {}
     for place, row in enumerate(rows.to_dict("records")):
@@ -174,7 +182,9 @@ def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tas
 def list_presented(
     cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> tuple[pd.Series, tuple[Tool, ...]]:
-    """Lists the presented objects, each mass and look once, and the index of each row's object.
+    """Lists the presented objects, and the index of each row's object.
+
+    Each combination of mass and look appears once.
 
     The columns ``mass``, NaN where empty, and ``looks_like`` of ``rows`` change the objects that ``object`` names.
     """
@@ -186,7 +196,10 @@ def list_presented(
 def _present(
     cells: Cells, place: int, row: pd.Series, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> Tool:
-    """Returns an object with the mass and look that a row gives; all its densities change by one factor."""
+    """Returns an object with a row's mass and look.
+
+    All its densities change by one factor.
+    """
     tool, mass, look = tools[row["object"]], row["mass"], row["looks_like"]
     parts = tool.components
     if not math.isnan(mass):
@@ -211,7 +224,10 @@ def _present(
 
 
 def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
-    """Raises a BadValueError if trials or holds would take more than some hours to compute."""
+    """Checks that trials or holds take at most some hours to compute.
+
+    Otherwise a BadValueError is raised.
+    """
     trials, seconds = len(table.rows) * num_learners, float(table.rows["duration"].sum()) * num_learners
     most = min(
         REPEATS.high // len(table.participants),
