@@ -1,4 +1,4 @@
-"""Builds evidence from an identified payload: a run of a real robot with an object seen by a camera."""
+"""Builds evidence from a payload of a real robot, which a camera has seen."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from affordance.vision.prediction import measure_geometry
 def build_identified_trial(
     belief: PayloadBelief, seen: SeenObject, robot: SerialChain, run: Run, object_name: str, unseen_share: float
 ) -> TrialEvidence:
-    """Builds the evidence of a run with an object that a camera saw, in the object's frame.
+    """Builds the evidence of a run with a seen object, in the object's frame.
 
     ``unseen_share`` is the standard deviation of the unseen mass divided by the total mass.
 
@@ -47,7 +47,9 @@ def build_identified_trial(
 
 
 def teach(place: str, trial: TrialEvidence, prior: Prior) -> tuple[MaterialMemory, bool]:
-    """Adds a trial to a lasting memory; returns the resulting belief, and True if the trial was new.
+    """Adds a trial to a lasting memory.
+
+    Returns the new belief, and True if the trial was new.
 
     Args:
         place: Path of the memory that learns.

@@ -1,4 +1,4 @@
-"""Identification of a held payload from recorded joint motion and signals."""
+"""Identifies a held payload from recorded joint motion and signals."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -158,10 +158,9 @@ def identify(
 
 
 def see_tool(tool: Tool, memory: MaterialMemory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
-    """Predicts a tool that a camera saw, from known materials and objects and the prior of unknown ones.
+    """Predicts a seen tool from known materials and objects, and a prior for others.
 
-    Its parts may differ in size from how they look, equally in all directions, by the relative standard deviation
-    ``scale_sd``.
+    The size of its parts has an error with the relative standard deviation ``scale_sd``, equal in all directions.
     """
     features = tuple(
         replace(part, deformations=_scale(part.X_TE[:3, 3], scale_sd))
@@ -171,7 +170,7 @@ def see_tool(tool: Tool, memory: MaterialMemory, prior: Prior, scale_sd: float =
 
 
 def _scale(centre: Array, sd: float) -> Array:
-    """Returns the change of a part that grows about its centre by one standard deviation, (G, 4, 4)."""
+    """Computes how a part changes that grows about its centre by one SD, (G, 4, 4)."""
     growth = np.zeros((1, 4, 4))
     growth[0, :3, :3] = sd * np.eye(3)
     growth[0, :3, 3] = -sd * centre
@@ -233,7 +232,7 @@ def _assume_of_hand(
 
 
 def check_run(arm: SerialChain, run: Run) -> None:
-    """Checks that an arm can have moved as in a run, and that its sensors work.
+    """Checks that an arm can move as in a run, and that its sensors work.
 
     Raises:
         BadValueError: A joint turns too fast or beyond its limits, or a sensor never changes.
@@ -267,7 +266,7 @@ def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analys
 def find_gains(
     arm: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains | None, settings: IdentificationSettings
 ) -> Gains:
-    """Returns the gains as known before the loaded run."""
+    """Returns the gains that are known before the loaded run."""
     run = (*empty, loaded)[0]
     kind = run.description.kind
     names = WRENCH_COLUMNS if kind is SignalKind.WRENCH else arm.joint_names

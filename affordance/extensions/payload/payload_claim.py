@@ -1,4 +1,4 @@
-"""Comparison of the payload that is set on a controller with the payload that a run shows."""
+"""Compares the payload that is set on a controller with the payload in a run."""
 
 from typing import Any, NamedTuple
 
@@ -42,7 +42,7 @@ class ClaimVerdict(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """Verdict in a word: right, wrong or open.
+        """Verdict: right, wrong or open.
 
         A belief that is much wider than the tolerance gives every setting a small probability, so a setting is wrong
         only if the belief excludes it.
@@ -68,13 +68,12 @@ class Claim(NamedTuple):
 def judge_claim(
     belief: PayloadBelief, claimed: PayloadSetting, tolerance: float = TOLERANCE, X_FT: Array = _SAME
 ) -> ClaimVerdict:
-    """Compares the payload that is set on a controller with the payload that a run shows.
+    """Compares the payload that is set on a controller with the payload in a run.
 
     A setting is right if its mass is within the tolerance times the set mass, or times 1 kg for lighter payloads, and
-    its first moment is within 0.2 m times that. Moments of inertia are compared by their torques, which may be wrong
-    by no more than the errors allowed for mass and first moment would cause. Slow motions hardly ever show the
-    moments: if those that are set cause less torque than that, and so do 95 % of the believed ones,
-    ``moments_compared`` is False.
+    its first moment is within 0.2 m times that. Moments of inertia are compared by their torques. The allowed error
+    is the torque that the tolerances of mass and first moment cause. Slow motions hardly ever show the moments: if
+    both the set moments and 95 % of the believed ones cause less torque than this, ``moments_compared`` is False.
 
     Args:
         belief: Belief about the whole payload, in the frame T of the tip.
@@ -112,7 +111,7 @@ def judge_claim(
 
 
 def _measure_torques(squares: Array, moments: Array) -> Array:
-    """Computes the root mean square torques, (S, C), [N m], that moments of inertia, (S, 6), cause over the run.
+    """Computes RMS torques, (S, C), [N m], of moments of inertia, (S, 6), over the run.
 
     ``squares`` holds the mean products of the regressor's columns of the moments, shape (C, 6, 6).
     """
@@ -121,7 +120,9 @@ def _measure_torques(squares: Array, moments: Array) -> Array:
 
 
 def _measure_plausibility(away: Array, weights: Array) -> float:
-    """Computes the probability of deviations farther from their mean than the nearest one within the tolerance.
+    """Computes the probability of deviations beyond the nearest tolerated one.
+
+    Distance is from their mean.
 
     Deviations from the setting in mass and first moment are in units of their tolerances, shape (N, 4). A deviation
     is within the tolerance if its first number is from -1 to 1 and the vector of the others has a length of at most
@@ -136,7 +137,7 @@ def _measure_plausibility(away: Array, weights: Array) -> float:
 
 
 def _find_nearest(precision: Array, mean: Array) -> Array:
-    """Finds the deviation within the tolerance that is nearest to a mean, (4,), under a precision, (4, 4)."""
+    """Finds the tolerated deviation nearest to a mean, (4,), under a precision, (4, 4)."""
     # The first number is optimised out for each vector of the others, and clipped where it exceeds the tolerance.
     row, rest = precision[0, 1:] / precision[0, 0], precision[1:, 1:]
     vector = _find_nearest_vector(rest - precision[0, 0] * np.outer(row, row), mean[1:])
@@ -149,14 +150,20 @@ def _find_nearest(precision: Array, mean: Array) -> Array:
 
 
 def _find_nearest_vector(precision: Array, mean: Array) -> Array:
-    """Finds the vector of length up to 1 that is nearest to a mean, (3,), under a precision, (3, 3)."""
+    """Finds the vector of length up to 1 nearest to a mean, (3,).
+
+    The precision is (3, 3).
+    """
     if np.linalg.norm(mean) <= 1.0:
         return mean
     values, vectors = np.linalg.eigh(precision)
     along = values * (vectors.T @ mean)
 
     def measure(multiplier: float) -> float:
-        """Returns the length in excess of 1 that the vector has at a Lagrange multiplier of the constraint."""
+        """Computes by how much the vector's length exceeds 1 at a Lagrange multiplier.
+
+        The multiplier belongs to the constraint.
+        """
         return float(np.linalg.norm(along / (values + multiplier))) - 1.0
 
     multiplier = scipy.optimize.brentq(measure, 0.0, np.linalg.norm(along))

@@ -1,4 +1,4 @@
-"""Comparison of two payloads: whether they can be the same body, in units of the uncertainty of both."""
+"""Tests if two payloads can be the same body, given both uncertainties."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +21,7 @@ _RESOLVED, _LEAST, _RESOLVED_CENTRE = 0.05, 1.0, 0.01
 
 
 class Estimate(NamedTuple):
-    """Payload as a file states it, in a frame T."""
+    """Payload from a file, in a frame T."""
 
     name: str  # name of the file
     frame: str  # name of T; empty if the file names none
@@ -36,7 +36,7 @@ class Estimate(NamedTuple):
         return self._replace(frame=frame, mean=A @ self.mean, covariance=A @ self.covariance @ A.T)
 
     def describe(self) -> tuple[Array, Array]:
-        """Returns mass, centre of mass and moments about To, and their SDs, shape (k,) each."""
+        """Returns mass, centre of mass and moments about To, with SDs, (k,) each."""
         k, values = len(self.mean), self.mean.copy()
         J = np.eye(k)
         if k > 1:
@@ -65,7 +65,7 @@ class Comparison(NamedTuple):
 
     @property
     def apart(self) -> Array:
-        """Differences of the parameters in SDs of both together, shape (k,)."""
+        """Differences of the parameters in joint SDs, shape (k,)."""
         sd = np.hypot(*self.sds)
         return np.asarray((self.values[1] - self.values[0]) / np.maximum(sd, np.finfo(float).tiny))
 
@@ -75,7 +75,9 @@ class Comparison(NamedTuple):
 
 
 def read_estimate(path: Path) -> Estimate:
-    """Reads a payload: JSON of ``identify`` or ``weigh``, or mass, com, inertia and frame in YAML or JSON.
+    """Reads a payload from JSON of ``identify`` or ``weigh``, or from YAML or JSON.
+
+    The latter have mass, com, inertia and frame.
 
     Raises:
         BadValueError: The file cannot be read, or states no payload.
@@ -109,7 +111,9 @@ def read_estimate(path: Path) -> Estimate:
 
 
 def compare_estimates(first: Estimate, second: Estimate) -> Comparison:
-    """Compares two payloads in the parameters that both state; in the mass alone if their frames differ.
+    """Compares the parameters that two payloads state.
+
+    If their frames differ, only the masses are compared.
 
     Raises:
         BadValueError: Neither has an uncertainty.

@@ -26,7 +26,10 @@ _SCALES = np.array([1.0, 1e2, 1e2, 1e2, *[1e4] * 6])
 
 
 def draw_fit(fit: PayloadFit) -> Figure:
-    """Draws the load's contribution to each channel, the fit, and the residual, over time or by posture."""
+    """Plots the load's contribution to each channel, the fit, and the residual.
+
+    The axis is time or posture.
+    """
     evidence = fit.evidence
     z = evidence.samples.build_columns()  # (C, N, 27)
     residual = np.einsum("cni,ci->nc", z, fit.weights)
@@ -74,7 +77,10 @@ def draw_fit(fit: PayloadFit) -> Figure:
 
 
 def draw_posteriors(belief: PayloadBelief) -> Figure:
-    """Plots posterior and prior marginals of mass, centre of mass and moments, and the reference mass if given."""
+    """Plots posterior and prior marginals of mass, centre of mass and moments.
+
+    The reference mass is marked, if given.
+    """
     figure = Figure(figsize=(12.0, 5.2))
     axes = figure.subplots(2, 5).ravel()
     after = describe_bodies(belief.bodies.pi) * _SCALES

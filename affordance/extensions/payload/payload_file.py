@@ -1,7 +1,6 @@
-"""Files in which other programs take an identified payload: a link in URDF, SDF or MJCF, or numbers in JSON.
+"""Writes an identified payload for other programs, as URDF, SDF, MJCF or JSON.
 
-Numbers keep all their digits. The link's frame is the one in which the payload was identified. Nothing here imports
-Drake.
+Numbers keep all their digits. The link has the frame of the identification. Nothing here imports Drake.
 """
 
 import json
@@ -45,7 +44,9 @@ class Body(NamedTuple):
 
 
 def spread_moments(parameters: Array, rng: np.random.Generator) -> Array:
-    """Adds the moments of a ball of about water's density to samples of mass and first moment, (S, 4).
+    """Adds the moments of a ball to samples of mass and first moment, (S, 4).
+
+    The ball has about the density of water.
 
     Returns:
         Ten inertial parameters of each sample, shape (S, 10).
@@ -84,7 +85,7 @@ def write_payload(
     draws: int = 0,
     seed: int = 0,
 ) -> list[str]:
-    """Writes the posterior mean of a payload as a file that simulators read, and bodies drawn from it.
+    """Writes a payload's posterior mean, and bodies drawn from it, for simulators.
 
     Args:
         path: File; its suffix, one of ``SUFFIXES``, chooses the format.
@@ -109,14 +110,14 @@ def write_payload(
 
 
 def describe_written(path: Path, files: Sequence[str]) -> str:
-    """Says which files ``write_payload`` wrote to a path, or why there are none."""
+    """Describes the files that ``write_payload`` wrote to a path, or why there are none."""
     if not files:
         return f"{path} is not written, as the answer is not to be trusted"
     return f"{path}: the payload as a link{f'; {len(files) - 1} draws to {files[-1]}' if files[1:] else ''}"
 
 
 def format_body(body: Body, suffix: str, frame: str, note: str) -> str:
-    """Formats a body as a file of the format that a suffix names.
+    """Formats a body in the file format of a suffix.
 
     Args:
         body: Body in a frame T.

@@ -1,4 +1,4 @@
-"""Payload settings of robot controllers: the file that states one, and the lines that set one.
+"""Payload settings of robot controllers: reads a file, and formats lines to paste.
 
 A controller takes the mass, the centre of mass p_FFcm in the flange frame F, and the moments about Fcm along F's
 axes. Lines have each maker's units and order. Syntax and units follow these documents. No line was tried on a
@@ -37,7 +37,10 @@ _TRANSITION = 0.5  # time in which a UR's controller changes to the new payload,
 
 
 class PayloadSetting(NamedTuple):
-    """Payload setting of a controller, in a frame T: the flange, or the tip at which the payload was identified."""
+    """Payload setting of a controller in a frame T.
+
+    T is the flange, or the tip of the identification.
+    """
 
     mass: float  # mass, [kg]
     centre_of_mass: Array  # centre of mass p_TTcm, shape (3,), [m]
@@ -48,21 +51,24 @@ class PayloadSetting(NamedTuple):
 
     @property
     def parameters(self) -> Array:
-        """Ten inertial parameters about To, shape (10,); those of a point mass if no moments are set."""
+        """Ten inertial parameters about To, shape (10,).
+
+        Without moments they are those of a point mass.
+        """
         pi = self.mass * compute_point_parameters(self.centre_of_mass)
         if self.inertia is not None:
             pi[4:] += self.inertia
         return pi
 
     def express(self, X_FT: Array) -> "PayloadSetting":
-        """Returns the same payload in another frame F, in which the pose of T is X_FT, shape (4, 4)."""
+        """Returns the payload in another frame F, given the pose X_FT, shape (4, 4)."""
         R, p = X_FT[:3, :3], X_FT[:3, 3]
         moments = None if self.inertia is None else np.array(list_entries(R @ build_symmetric(self.inertia) @ R.T))
         return self._replace(centre_of_mass=p + R @ self.centre_of_mass, inertia=moments)
 
 
 class PayloadEntry(DataModel):
-    """Payload in YAML, with the three moments of inertia or with all six moments and products."""
+    """Payload in YAML, with three moments of inertia, or all six moments and products."""
 
     mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
     com: Annotated[
@@ -82,7 +88,7 @@ class PayloadEntry(DataModel):
 
 
 def read_payload(path: StrPath) -> PayloadSetting:
-    """Reads the payload that is set on a controller, in the frame of the flange, from YAML.
+    """Reads a controller's payload setting, in the flange frame, from YAML.
 
     Raises:
         BadValueError: The file does not set a payload, or one of its values is wrong.
@@ -104,10 +110,10 @@ def read_payload(path: StrPath) -> PayloadSetting:
 
 
 def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
-    """Writes the lines that set a payload, by robot.
+    """Formats the lines that set a payload, by robot.
 
-    Each line names the frame, and says what the run did not show. Moments that a line needs but the run did not show
-    are those of a point mass.
+    Each line names the frame and the undetermined quantities. Undetermined moments that a line needs are those of a
+    point mass.
     """
     m, centre = payload.mass, payload.centre_of_mass
     matrix = np.zeros((3, 3)) if payload.inertia is None else build_symmetric(payload.inertia)
@@ -146,7 +152,10 @@ def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
 
 
 def show_number(value: float, digits: int) -> str:
-    """Formats a number with at most ``digits`` decimals, without an exponent; zero as 0."""
+    """Formats a number with at most ``digits`` decimals, without an exponent.
+
+    Zero is 0.
+    """
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -156,7 +165,10 @@ def _list(values: Array | tuple[float, ...], digits: int) -> str:
 
 
 def _format_krl(mass: str, millimetres: str, matrix: Array) -> str:
-    """Formats a value of $LOAD: principal moments about axes that A, B, C rotate about z, the new y, the new x."""
+    """Formats a value of $LOAD: principal moments about rotated axes.
+
+    A, B, C rotate about z, the new y, the new x.
+    """
     moments, axes = np.linalg.eigh(matrix)
     axes = axes * np.linalg.det(axes)  # right-handed
     angles = scipy.spatial.transform.Rotation.from_matrix(axes).as_euler("ZYX", degrees=True)

@@ -27,7 +27,7 @@ def describe_payload(
     anyway: bool,
     width: int = 0,
 ) -> str:
-    """Describes a belief, with the verdict on claimed payloads and what a memory has learned.
+    """Describes a belief, with verdicts on claimed payloads and a memory's lesson.
 
     The first line is the answer. Sentences are wrapped at ``width`` characters unless that is 0; lines to paste never
     are. Claims and lines to paste are expressed in the flange frame; a string in its place is the reason why there is
@@ -61,7 +61,10 @@ def describe_payload(
 
 
 def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
-    """Formats the answer in one line: mass, centre of mass in the flange frame, and whether to trust it."""
+    """Formats the answer in one line: mass, centre of mass, and trust.
+
+    The centre is in the flange frame.
+    """
     if isinstance(flange, str):
         frame, payload = belief.tip, PayloadSetting(belief.mass, belief.centre_of_mass)
     else:
@@ -79,7 +82,7 @@ def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
 
 
 def _name_colour(colour: Colour, materials: Mapping[str, Colour]) -> str:
-    """Names the materials that have a colour, for example "oak #b07a45"."""
+    """Names the materials of a colour, such as "oak #b07a45"."""
     names = [name for name, own in materials.items() if is_same_colour(own, colour)]
     return " ".join([*([" or ".join(names)] if names else ["colour"]), show_colour(colour)])
 
@@ -114,7 +117,7 @@ def _tabulate(belief: PayloadBelief) -> str:
 
 
 def _pad_number(value: float, decimals: int) -> str:
-    """Formats a value with a fixed number of decimals, or as 0 if it would round to zero."""
+    """Formats a value with fixed decimals, or as 0 if it rounds to zero."""
     return "0" if abs(value) < 0.5 * 10.0**-decimals else f"{value:.{decimals}f}"
 
 

@@ -1,1 +1,1 @@
-"""Design of motions that show a payload well: prediction of what they show, their limits, and the search."""
+"""Designs motions from which a payload can be identified: prediction, limits and search."""

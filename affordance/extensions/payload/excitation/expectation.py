@@ -1,10 +1,11 @@
-"""Prediction of what a motion will show of a payload: standard deviations as ``identify`` would state them.
+"""Predicts how precisely a motion identifies a payload.
 
-Along a planned motion the columns of the likelihood are known before anything is measured, and the signal is the one
-that the expected body would cause. Everything that identification integrates out is therefore integrated out here
-too: gains, load friction, friction, errors that are correlated in time, and model errors that do not average out.
-Designs that assume white noise neglect these, choose postures of the greatest leverage, and promise more than is
-achieved.
+It predicts the standard deviations of ``identify``.
+
+Along a planned motion the columns of the likelihood are known before any measurement, and the signal is predicted
+from the expected body. All nuisances of identification are therefore integrated out here, too: gains, load friction,
+friction, errors that are correlated in time, and model errors that do not average out. Designs that assume white
+noise neglect these, choose postures of the greatest leverage, and are overoptimistic.
 """
 
 import enum
@@ -47,21 +48,21 @@ class Aim(enum.Enum):
 
 
 class Spread(NamedTuple):
-    """Standard deviations that identification would state after a motion."""
+    """Standard deviations that ``identify`` would state after a motion."""
 
     mass: float  # standard deviation of the mass, [kg]
     com: float  # standard deviation of the centre of mass, root sum of squares over its coordinates, [m]
     inertia: float  # standard deviation of the moments of inertia about the centre of mass, likewise, [kg m^2]
 
     def get(self, aim: Aim) -> float:
-        """Returns the standard deviation of one quantity."""
+        """Returns the standard deviation of a quantity."""
         value: float = getattr(self, aim.value)
         return value
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """Knowledge before the loaded run that determines how well the run will show the payload."""
+    """Prior knowledge that determines how precisely a run identifies the payload."""
 
     robot: SerialChain  # model of the arm, with its mounting
     gains: Gains  # gains as known before, drift included
@@ -76,10 +77,10 @@ class Expectation:
 
     @classmethod
     def of_load(cls, robot: SerialChain, gains: Gains, error_density: Array, *, mass: float, floor: float) -> Self:
-        """Builds the expectation of a body of about the given mass, [kg], in the hand.
+        """Builds the expectation of a body of about a given mass in the hand, [kg].
 
-        The floor is the standard deviation of the mass that no time averages out, [kg]. Gains and densities are the
-        attributes.
+        The floor is the part of the mass's standard deviation that never averages out, [kg]. Gains and densities are
+        the attributes.
         """
         prior = SolidPrior.for_hand().with_mass(mass, _MASS_SD * mass)
         bodies = prior.draw_theta(np.random.default_rng(0), _NUM_BODIES)
@@ -87,12 +88,15 @@ class Expectation:
 
     @classmethod
     def after_run(cls, robot: SerialChain, gains: Gains, fit: PayloadFit, settings: IdentificationSettings) -> Self:
-        """Builds the expectation of the most probable body of a run; gains are those known before it."""
+        """Builds the expectation of a run's most probable body.
+
+        Gains are those known before the run.
+        """
         density, floor = fit.long_run_variance / fit.evidence.rate, fit.evidence.phantom_covariance
         return cls(robot, gains, density, fit.mode.theta[None], floor, settings=settings)
 
     def build_evidence(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Evidence:
-        """Builds the evidence of a motion, minus an empty run of it, as far as it is known beforehand.
+        """Builds the evidence of a motion, minus an empty run, as far as it is predictable.
 
         Load friction has the sign of the mean body's load. The dynamics of the motion are computed if not given.
         """
@@ -115,18 +119,24 @@ class Expectation:
         return known.with_load(parameters_from_theta(self.bodies).mean(axis=0))
 
     def predict(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Spread:
-        """Predicts the standard deviations after a motion; the motion's signal is not used."""
+        """Predicts the standard deviations after a motion.
+
+        The motion's signal is not used.
+        """
         evidence = self.build_evidence(motion, dynamics)
         return self.measure(evidence, evidence.compute_statistics(self.settings))
 
     @cached_property
     def _precision(self) -> Array:
-        """Inverse prior covariance of a body whose torques share the gains' common factor, (10, 10)."""
+        """Inverse prior covariance of a body, (10, 10).
+
+        Its torques share the common factor of the gains.
+        """
         return SolidPrior.for_hand().with_common_factor(self.gains.common_sd).precision
 
     @cached_property
     def _derivatives(self) -> list[tuple[Array, Array, Array]]:
-        """Parameters of each body, (10,), with their derivatives, (10, 10), and those of its moments, (3, 10).
+        """Parameters of each body, (10,), with derivatives, (10, 10), also of moments, (3, 10).
 
         Derivatives are with respect to theta; the moments are about the centre of mass.
         """
@@ -140,7 +150,10 @@ class Expectation:
         ]
 
     def measure(self, evidence: Evidence, statistics: JointStatistics) -> Spread:
-        """Computes the standard deviations from the sums over a motion, as root mean squares over the bodies."""
+        """Computes the standard deviations after a motion from its sums.
+
+        They are root mean squares over the bodies.
+        """
         prior = build_channel_prior(evidence, self.gains, self.settings)
         squares = []
         for pi, D, about in self._derivatives:
@@ -162,7 +175,9 @@ class Expectation:
 def find_errors(
     joint_names: tuple[str, ...], tau_max: Array, kind: SignalKind, path: Path | None = None
 ) -> tuple[Gains, Array]:
-    """Returns gains and long-run error densities from a file of gains, or typical ones for the torque limits.
+    """Reads gains and long-run error densities from a gains file, or typical ones.
+
+    Typical values follow from the torque limits.
 
     Raises:
         BadValueError: The file of gains is invalid.
@@ -177,9 +192,11 @@ _IS_COM = np.isin(np.arange(10), (1, 2, 3))
 
 
 def fill_signal(statistics: JointStatistics, gain: Array, pi: Array, *, has_arm: bool = True) -> JointStatistics:
-    """Returns the sums with the signal that a load would cause without error, at given g and h, shape (n, 2).
+    """Computes the sums with the error-free signal of a load.
 
-    ``has_arm`` is True if the signal contains the arm's torque, and False if that was subtracted.
+    Gains g and h have shape (n, 2).
+
+    ``has_arm`` is True if the signal contains the arm's torque, False after subtraction.
     """
     weights = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
     weights[:, SIGNAL, SIGNAL] = 0.0

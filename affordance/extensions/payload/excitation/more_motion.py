@@ -1,4 +1,7 @@
-"""Benefit of further motion after a run, predicted for a few random motions; none is optimised."""
+"""Predicts the benefit of more motion after a run, for a few random motions.
+
+None of them is optimised.
+"""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -42,11 +45,13 @@ _AIMS = {
 def suggest_motion(
     robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Predicts what four more seconds would bring for the mass, and for the first other quantity not yet seen.
+    """Predicts the benefit of four more seconds.
 
-    Yields nothing for a wrist sensor, nor for an arm that is modelled by its file, where an empty run helps more.
-    After a run with a drawing, a picture or a scale, it predicts from the motion alone, and only if that improves on
-    what is known. The arm must have the gravity of the run. Gains are those known before the run, drift included.
+    It is predicted for the mass, and for the first other quantity not yet seen.
+
+    Yields nothing for a wrist sensor, or for an arm that is modelled by its file, where an empty run helps more.
+    After a run with a drawing, a picture or a scale, the prediction uses the motion alone, and is made only if it is
+    an improvement. The arm must have the gravity of the run. Gains are those known before the run, drift included.
     """
     fit = belief.fit
     if fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:
@@ -93,7 +98,10 @@ def suggest_motion(
 
 
 def suggest_run(belief: PayloadBelief) -> str:
-    """Suggests a recording that would show the mass; an empty text if this run showed it."""
+    """Suggests a recording that would show the mass.
+
+    Empty if this run showed it.
+    """
     evidence = belief.fit.evidence
     if belief.shows_mass:
         return ""
@@ -111,7 +119,10 @@ def suggest_run(belief: PayloadBelief) -> str:
 
 
 def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:
-    """Lists families of motions around the run, within the arm's angle limits; torque limits are not known here."""
+    """Lists families of motions around the run, within the arm's angle limits.
+
+    Torque limits are not known here.
+    """
     run = belief.fit.evidence.prepared
     middle, quarter = run.q.mean(axis=0), np.full(robot.num_joints, 0.5 * np.pi)
     low, high = robot.limits
@@ -144,7 +155,7 @@ _POSTURE_HELPS = 0.9  # a posture is recommended if it reduces the standard devi
 def suggest_posture(
     robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Suggests the posture that would help most, as a recorded posture with one joint turned.
+    """Suggests the most helpful posture: a recorded one with one joint turned.
 
     The criterion is the SD of the mass if it was not seen, else of the centre of mass. Collisions are not checked.
     """

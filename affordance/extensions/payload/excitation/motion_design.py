@@ -1,4 +1,7 @@
-"""Search for a motion that shows a payload well: the best of many random motions are improved by random changes."""
+"""Searches for a motion from which a payload can be identified precisely.
+
+The best of many random motions are improved by random changes.
+"""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -35,7 +38,7 @@ class MotionDesign(NamedTuple):
 
 
 class NoMotionError(AffordanceError):
-    """No motion respects the limits."""
+    """Error if no motion respects the limits."""
 
 
 def design_motion(
@@ -48,10 +51,10 @@ def design_motion(
     num_changes: int = NUM_CHANGES,
     seed: int = 0,
 ) -> tuple[MotionDesign, Spread]:
-    """Designs the motion after which the standard deviation of one quantity is predicted to be least.
+    """Designs the motion with the least predicted standard deviation of one quantity.
 
-    Straight paths in joint space from home, shape (n,), [rad], to the motion's start, and from its end to home, keep
-    the tip above its least height, too, or above its height at home where that is lower.
+    Straight paths in joint space connect home, shape (n,), [rad], with start and end of the motion. On these, too,
+    the tip stays above its least height, or above its height at home if that is lower.
 
     Returns: The motion, which respects the limits with every expected body, and the predicted standard deviations.
 
@@ -93,7 +96,10 @@ def design_motion(
 def _improve(
     judge: Callable[[Array], float], best: Array, least: float, num_changes: int, rng: np.random.Generator
 ) -> tuple[Array, float]:
-    """Changes the numbers of a motion at random while its score falls; returns the numbers with their score."""
+    """Changes the numbers of a motion at random while its score falls.
+
+    Returns the numbers with their score.
+    """
     step = _STEP
     for _ in range(num_changes):
         changed = rng.uniform(size=best.shape) < _CHANGED

@@ -1,7 +1,7 @@
-"""Motions within an arm's limits: Fourier series from rest to rest, and visits to postures with slow sweeps at each.
+"""Motions within an arm's limits: Fourier series, and visits to postures with slow sweeps.
 
-Limits of angle, velocity and acceleration hold by construction, whatever numbers describe a motion; limits of torque
-and of the tip are checked. Collisions are not checked, as the surroundings of the arm are unknown here.
+All motions are from rest to rest. Limits of angle, velocity and acceleration hold by construction; limits of torque
+and of the tip are checked. Collisions are not checked, because the surroundings of the arm are unknown here.
 """
 
 import abc
@@ -51,7 +51,9 @@ class MotionLimits(NamedTuple):
         tip_speed: float,
         height: float,
     ) -> "MotionLimits":
-        """Builds the limits of motions that stay within a distance of home, [rad], and within the joint limits.
+        """Builds the limits of motions within a distance of home, [rad].
+
+        Joint limits are respected, too.
 
         The other arguments are the attributes.
         """
@@ -68,7 +70,9 @@ class MotionLimits(NamedTuple):
     def compute_excess(
         self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
     ) -> float:
-        """Computes the largest share of any limit that a motion uses, at most over some bodies, shape (K, 10).
+        """Computes the largest share of any limit that a motion uses.
+
+        It is the maximum over bodies, (K, 10).
 
         A share above 1 exceeds a limit. The share of the tip's least height is 1 minus the height in metres above it.
         The dynamics of the motion are computed if not given.
@@ -97,7 +101,10 @@ def _compute_speed(tip: ChainMotion, v: Array) -> float:
 
 @dataclass(frozen=True)
 class MotionFamily(abc.ABC):
-    """Motions of an arm within limits that have the same duration, [s]; a vector of numbers describes each."""
+    """Motions of equal duration, [s], each described by a vector of numbers.
+
+    They are within the arm's limits.
+    """
 
     robot: SerialChain
     limits: MotionLimits
@@ -109,16 +116,21 @@ class MotionFamily(abc.ABC):
 
     @abc.abstractmethod
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], shape (N,); None if the duration is too short."""
+        """Builds a motion at times, [s], (N,). Returns None if the duration is too short."""
 
 
 def list_times(duration: float, rate: float = _RATE) -> Array:
-    """Lists even times from 0 to the duration, [s], at least sixteen per period of the highest harmonic."""
+    """Lists even times from 0 to the duration, [s].
+
+    There are at least sixteen per period of the highest harmonic.
+    """
     return np.linspace(0.0, duration, max(_FEWEST, round(duration * rate)) + 1)
 
 
 def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array) -> PreparedRun:
-    """Plans a minimum-jerk move from rest to rest, straight in joint angles, within limits of speed and acceleration.
+    """Plans a minimum-jerk move from rest to rest, straight in joint angles.
+
+    It respects limits of speed and acceleration.
 
     Start and end have shape (n,), [rad]. Torques and collisions are not checked.
     """
@@ -138,14 +150,17 @@ def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array)
 
 
 def compute_lowest(robot: SerialChain, home: Array, ends: Array) -> float:
-    """Computes the tip's least height on straight paths in joint space from home to each end, (K, n), [rad]."""
+    """Computes the tip's least height on straight paths from home to each end, (K, n), [rad].
+
+    Paths are straight in joint space.
+    """
     share = np.linspace(0.0, 1.0, _WAY_SAMPLES)[:, None, None]
     paths = (home + share * (ends - home)).reshape(-1, len(home))
     return float(robot.compute_positions(paths, np.zeros(3))[:, 2].min())
 
 
 def to_motion(times: Array, q: Array, v: Array, vdot: Array) -> PreparedRun:
-    """Builds a motion without a signal from q, v and vdot, shape (N, n) each."""
+    """Builds a motion without a signal from q, v and vdot, (N, n) each."""
     return PreparedRun(times, q, v, vdot, np.zeros_like(q), 0.0)
 
 
@@ -153,13 +168,16 @@ def to_motion(times: Array, q: Array, v: Array, vdot: Array) -> PreparedRun:
 class FourierFamily(MotionFamily):
     """Fourier series of five terms, from rest to rest, which end where they begin.
 
-    Ten numbers describe each joint's motion: eight for its shape, which is scaled to the limits, then the share of
-    this scale that is used, from 0 to 1, and the place within the remaining range of angles, from 0 to 1.
+    Ten numbers describe each joint's motion. Eight are its shape, scaled to the limits. The others, from 0 to 1, are
+    the used share of this scale, and the place within the remaining range of angles.
     """
 
     @cached_property
     def _basis(self) -> Array:
-        """Combinations of sines and cosines with zero velocity and acceleration at the start, shape (2 terms, 8)."""
+        """Combinations of sines and cosines that start at rest, shape (2 terms, 8).
+
+        Velocity and acceleration at the start are zero.
+        """
         k = np.arange(1, _TERMS + 1)
         rest = np.zeros((2, 2 * _TERMS))
         rest[0, :_TERMS], rest[1, _TERMS:] = k, k**2
@@ -167,13 +185,16 @@ class FourierFamily(MotionFamily):
 
     @override
     def draw(self, rng: np.random.Generator) -> Array:
-        """Draws the numbers of a motion that uses the limits fully, shape (10 n,)."""
+        """Draws the numbers of a motion that fully uses the limits, shape (10 n,)."""
         n, size = self.robot.num_joints, self._basis.shape[1]
         return np.concatenate([rng.standard_normal((n, size)), np.ones((n, 1)), rng.uniform(size=(n, 1))], 1).ravel()
 
     @override
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], shape (N,), slowed down until the tip is slow enough."""
+        """Builds a motion at times, [s], (N,).
+
+        It is slowed down until the tip is slow enough.
+        """
         table = numbers.reshape(self.robot.num_joints, -1)
         share, place = np.clip(table[:, -2], 0.0, 1.0), np.clip(table[:, -1], 0.0, 1.0)
         a, b = np.split(self._basis @ table[:, :-2].T, 2)
@@ -200,7 +221,7 @@ class FourierFamily(MotionFamily):
         return None
 
     def _sum(self, a: Array, b: Array, times: Array) -> PreparedRun:
-        """Sums a series with coefficients of sines and cosines, shape (terms, n) each."""
+        """Sums a series with sine and cosine coefficients, shape (terms, n) each."""
         w = 2.0 * np.pi / self.duration * np.arange(1, _TERMS + 1)
         s, c = np.sin(np.outer(times, w)), np.cos(np.outer(times, w))
         return to_motion(times, s @ a + c @ b, (w * c) @ a - (w * s) @ b, -(w**2 * s) @ a - (w**2 * c) @ b)
@@ -208,7 +229,7 @@ class FourierFamily(MotionFamily):
 
 @dataclass(frozen=True)
 class PostureFamily(MotionFamily):
-    """Visits to postures, each of which is swept slowly back and forth, so that friction acts in both directions.
+    """Visits to postures with slow sweeps at each, so that friction acts both ways.
 
     The numbers are the angles of the postures as shares of their ranges, from 0 to 1. The moves in between have
     minimum jerk and are as fast as the limits allow; sweeps take the remaining time.
@@ -218,7 +239,10 @@ class PostureFamily(MotionFamily):
 
     @override
     def draw(self, rng: np.random.Generator) -> Array:
-        """Draws the numbers of a motion, shape (postures n,), with postures that are close together or far apart."""
+        """Draws the numbers of a motion, shape (postures n,).
+
+        Postures are close together or far apart.
+        """
         n = self.robot.num_joints
         centre, spread = rng.uniform(size=n), rng.uniform()
         postures = centre + spread * (rng.uniform(size=(self.num_postures, n)) - centre)
@@ -226,7 +250,10 @@ class PostureFamily(MotionFamily):
 
     @override
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], shape (N,); None if the moves alone take too long."""
+        """Builds a motion at times, [s], (N,).
+
+        Returns None if the moves alone take too long.
+        """
         limits, num = self.limits, self.num_postures
         widest = 0.5 * _SWEEP_SPEED * self.duration / (2 * num)
         half = np.minimum(widest, 0.25 * (limits.q_upper - limits.q_lower))
@@ -251,7 +278,7 @@ class PostureFamily(MotionFamily):
         return None
 
     def _visit(self, postures: Array, moves: Array, sweep: float, half: Array, times: Array) -> PreparedRun:
-        """Builds the visit to postures, (K, n), with moves of given durations, (K - 1,), [s], between them."""
+        """Builds the visit to postures, (K, n), with moves of given durations, (K - 1,), [s]."""
         swept = np.minimum(0.5 * _SWEEP_SPEED * sweep, half)
         points = (postures[:, None] + swept * np.array([-1.0, 1.0, -1.0])[None, :, None]).reshape(
             -1, postures.shape[1]
@@ -266,7 +293,10 @@ class PostureFamily(MotionFamily):
 
 
 def _move(times: Array, x: Array, start: Array, step: Array, duration: Array | float) -> PreparedRun:
-    """Builds minimum-jerk moves at times, (N,), from the share x of their duration that has passed, (N, 1)."""
+    """Builds minimum-jerk moves at times, (N,).
+
+    The passed share of their duration is x, (N, 1).
+    """
     return to_motion(
         times,
         start + step * x**3 * (10.0 - 15.0 * x + 6.0 * x**2),

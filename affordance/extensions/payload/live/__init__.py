@@ -1,1 +1,4 @@
-"""Identification of a running robot's load from a stream of joint states; the robot gets no command."""
+"""Identifies a running robot's load from a stream of joint states.
+
+The robot gets no command.
+"""

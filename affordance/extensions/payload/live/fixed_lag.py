@@ -1,7 +1,9 @@
-"""Filter of a stream with a fixed lag: the offline filter's impulse response, cut off on both sides.
+"""Filters a stream with a fixed lag.
 
-It has the offline filter's gain and no phase, so nothing is delayed relative to anything else and no delay has to be
-modelled; rows only become certain some tenths of a second late.
+It uses the offline filter's impulse response, truncated on both sides.
+
+Its gain is the offline filter's and its phase is zero, so no relative delays arise. Rows become certain some tenths
+of a second late.
 """
 
 import bisect
@@ -20,7 +22,7 @@ _FEWEST = 10  # rows that are filtered together
 
 
 class FixedLag:
-    """Filter of joint angles, velocities and signals alike, with a fixed lag."""
+    """Filter with a fixed lag for joint angles, velocities and signals."""
 
     def __init__(self, cutoff: float, step: float, num_joints: int, rate: float) -> None:
         """Builds the filter.
@@ -63,22 +65,27 @@ class FixedLag:
         return max(1.0, 0.5 / (self.cutoff * self.step))
 
     def spread_jitter(self, rows: PreparedRun, jitter: float, has_v: bool) -> Array:
-        """Computes how far accelerations are wrong if stamps jitter by some time, [s]; SDs, (N, n), [rad/s^2].
+        """Computes the SD of acceleration errors due to time-stamp jitter, (N, n), [rad/s^2].
 
-        A sample whose stamp is late by e shows x(t) - e dx/dt at its stamp: the noise of white e is larger the faster
-        the joint, and the derivatives amplify it.
+        The jitter is in [s].
+
+        A sample whose stamp is late by e shows x(t) - e dx/dt at its stamp. White e causes more noise in faster
+        joints, and derivatives amplify it.
         """
         spread: Array = jitter * (self._noise[1] * np.abs(rows.vdot) if has_v else self._noise[0] * np.abs(rows.v))
         return spread
 
     def add(self, t: float, row: Array) -> None:
-        """Adds the sample of a time, [s]: angles, perhaps velocities, and signals, shape (2n,) or (3n,)."""
+        """Adds the sample of a time, [s]: angles, optional velocities, and signals.
+
+        Its shape is (2n,) or (3n,).
+        """
         place = bisect.bisect(self._times, t) if self._times and t < self._times[-1] else len(self._times)
         self._times.insert(place, t)
         self._rows.insert(place, row)
 
     def take(self) -> PreparedRun | None:
-        """Takes the filtered rows that have become certain; None as long as they are few."""
+        """Takes the filtered rows that are now certain. Returns None while they are few."""
         if self._next is None:
             self._next = self._times[0] + self.lag
         count = int((self._times[-1] - self.lag - self._next) / self.step) + 1
@@ -102,7 +109,7 @@ class FixedLag:
 
 
 def join(parts: list[PreparedRun]) -> PreparedRun:
-    """Joins stretches of filtered rows that follow each other."""
+    """Joins successive stretches of filtered rows."""
     times, q, v, vdot, signal = (
         np.concatenate(columns) for columns in zip(*(each[:-1] for each in parts), strict=True)
     )

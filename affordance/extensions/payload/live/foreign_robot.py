@@ -1,4 +1,6 @@
-"""A robot of somebody else, for demonstrations and tests: it works, takes something up, puts it down, and reports.
+"""Simulates somebody else's robot for demonstrations and tests.
+
+It works, takes up and puts down objects, and reports.
 
 This file imports nothing of the project and runs as a process of its own. MuJoCo simulates one of two arms, whose
 true links, gains and friction differ from their file; the controller knows the file only. What the robot truly holds
@@ -27,7 +29,7 @@ _STOP, _GRIP, _GRIPPED = 0.6, 0.8, 0.3  # time to stop, and to close or open the
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm from published numbers."""
+    """Arm with published numbers."""
 
     joints: tuple[str, ...]
     signal: str  # what it reports, as in a description
@@ -145,7 +147,10 @@ class Sample:
 
 @dataclass(frozen=True)
 class Truth:
-    """Load of the robot from a time on: mass, [kg], and centre of mass at the flange, [m]."""
+    """True load of the robot from a time on.
+
+    It has mass, [kg], and centre of mass at the flange, [m].
+    """
 
     time: float
     mark: str
@@ -154,7 +159,10 @@ class Truth:
 
 
 def write_model(name: str) -> str:
-    """Writes the arm's file, an MJCF model whose site ``flange`` carries the payload."""
+    """Writes the arm's file, an MJCF model.
+
+    Its site ``flange`` carries the payload.
+    """
     arm, lines, pad = ARMS[name], [], "  "
     for joint, place, (mass, *centre) in zip(arm.joints, arm.place, arm.links, strict=True):
         moment = 0.4 * mass * _RADIUS**2
@@ -181,7 +189,7 @@ def _place(place: tuple[float, float, float, float]) -> str:
 
 
 class _Motion:
-    """Fourier motion about home in a phase that can be slowed to a stop."""
+    """Fourier motion about home, whose phase can be slowed to a stop."""
 
     def __init__(self, arm: Arm, rng: np.random.Generator) -> None:
         self._home, self._w = np.array(arm.home), 2.0 * np.pi * _SLOWEST * _HARMONICS
@@ -191,7 +199,7 @@ class _Motion:
         self._A, self._B = ((np.array(arm.span) / size)[:, None] * each for each in (A, B))
 
     def at(self, phase: float, speed: float, change: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Returns angles, velocities and accelerations at a phase with its first two derivatives."""
+        """Computes angles, velocities and accelerations at a phase with two derivatives."""
         c, s, w = np.cos(phase * self._w), np.sin(phase * self._w), self._w
         first = self._B @ (w * c) - self._A @ (w * s)
         second = -(self._A @ (w**2 * c) + self._B @ (w**2 * s))
@@ -199,14 +207,19 @@ class _Motion:
 
 
 def _draw_body(rng: np.random.Generator, mass: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """Draws a box in front of the flange: mass, centre of mass and moments about it."""
+    """Draws a box in front of the flange.
+
+    Returns mass, centre of mass and moments about it.
+    """
     size = np.array([0.04, 0.04, 0.06]) * rng.uniform(0.6, 1.6, 3) * mass ** (1.0 / 3.0)
     centre = np.array([*rng.uniform(-0.03, 0.03, 2), rng.uniform(0.03, 0.12)])
     return mass, centre, mass / 3.0 * ((size**2).sum() - size**2)
 
 
 def simulate(name: str, script: str, seed: int, arm_seed: int = 7) -> Iterator[Sample | Truth]:
-    """Simulates the robot that follows a script, and yields its reports and what it truly holds.
+    """Simulates the robot, which follows a script.
+
+    Yields its reports and true loads.
 
     Args:
         name: Name of the arm.
@@ -284,7 +297,7 @@ def simulate(name: str, script: str, seed: int, arm_seed: int = 7) -> Iterator[S
 def spoil(
     stream: Iterator[Sample | Truth], *, lose: float = 0.0, jitter: float = 0.0, seed: int = 5
 ) -> Iterator[Sample | Truth]:
-    """Loses a share of the reports, and moves their stamps by |N(0, jitter)|, [s]."""
+    """Drops a share of the reports, and shifts their stamps by |N(0, jitter)|, [s]."""
     rng = np.random.default_rng(seed)
     for each in stream:
         if isinstance(each, Truth):
@@ -295,7 +308,7 @@ def spoil(
 
 
 def main() -> None:
-    """Writes the arm's file, a recording with its description, or a stream of JSON lines."""
+    """Writes the arm's file, a described recording, or a stream of JSON lines."""
     parser = argparse.ArgumentParser(description="a foreign robot")
     parser.add_argument("arm", choices=list(ARMS))
     parser.add_argument("--model", type=Path)

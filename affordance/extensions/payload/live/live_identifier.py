@@ -1,7 +1,7 @@
-"""Identification of what a running robot holds, sample by sample.
+"""Identifies the load of a running robot, sample by sample.
 
-A belief is ``infer`` itself on the rows since the load last changed; nothing is summed up over the past, as errors of
-the arm's model do not average out. The final answer is ``identify`` itself on the raw rows.
+A belief is the result of ``infer`` on the rows since the load last changed. No sums over the past are used, because
+errors of the arm's model do not average out. The final answer is the result of ``identify`` on the raw rows.
 """
 
 import bisect
@@ -90,7 +90,7 @@ class LiveEvent:
 
 
 class LiveIdentifier:
-    """Identifier of what a running robot holds, fed sample by sample.
+    """Identifier of a running robot's load, fed sample by sample.
 
     It has no threads and sends nothing.
 
@@ -173,7 +173,7 @@ class LiveIdentifier:
         self.ready = LiveEvent("ready", float(runs[0].times[0]), content)
 
     def _forget(self) -> None:
-        """Begins anew, without any sample."""
+        """Resets the identifier to a state without any sample."""
         self._times: list[float] = []
         self._raw: list[tuple[Array, Array | None, Array]] = []
         self._steps: deque[float] = deque(maxlen=_NUM_STEPS)
@@ -186,7 +186,7 @@ class LiveIdentifier:
         self._begin(-np.inf, [], [])
 
     def _begin(self, since: float, rows: list[PreparedRun], cells: list[Cell]) -> None:
-        """Begins a segment in which the load is the same."""
+        """Begins a segment with constant load."""
         self._since, self._rows, self._cells = since, rows, cells
         self._pending: list[PreparedRun] = []
         self._told, self._due = -np.inf, np.inf
@@ -200,7 +200,7 @@ class LiveIdentifier:
         return 0.0 if self._filter is None else self._filter.lag
 
     def add(self, t: float, q: Array, v: Array | None, signal: Array, *, behind: float = 0.0) -> list[LiveEvent]:
-        """Adds a sample and returns what it shows.
+        """Adds a sample and returns the resulting events.
 
         Args:
             t: Time at which the sample was measured, [s]; not that of its arrival.
@@ -253,7 +253,7 @@ class LiveIdentifier:
         return events
 
     def _insert(self, t: float, sample: tuple[Array, Array | None, Array], behind: float) -> Iterator[LiveEvent]:
-        """Inserts a sample in order of time, and filters what is complete."""
+        """Inserts a sample in order of time, and filters complete rows."""
         place = bisect.bisect(self._times, t) if t < self._newest else len(self._times)
         if place and self._times[place - 1] == t:
             self.num_late += 1
@@ -273,13 +273,16 @@ class LiveIdentifier:
             yield from self._advance(behind)
 
     def close(self) -> list[LiveEvent]:
-        """Ends the stream; returns the final answer about what is held, if it was not yet given."""
+        """Ends the stream. Returns the final answer if it is still due."""
         if self._is_done or self._is_light or self._unnamed is not None or not self._rows:
             return []
         return list(self._finish())
 
     def set_payload(self, setting: PayloadSetting) -> list[LiveEvent]:
-        """Notes the payload that is set on the controller, at the tip, and says what it means for the signal."""
+        """Notes the payload that is set on the controller, at the tip.
+
+        The event says what it means for the signal.
+        """
         same = self._set is not None and np.allclose(self._set.parameters, setting.parameters, atol=1e-6)
         if same:
             return []
@@ -298,7 +301,7 @@ class LiveIdentifier:
         return [LiveEvent("controller", self._newest if self._times else self.ready.time, content)]
 
     def _cut(self, t: float, step: float) -> Iterator[LiveEvent]:
-        """Ends what was seen before a gap."""
+        """Ends the segment before a gap."""
         yield from self.close()
         before = self._before
         self._forget()
@@ -307,7 +310,10 @@ class LiveIdentifier:
         yield LiveEvent("gap", t, {"seconds": step})
 
     def _advance(self, behind: float) -> Iterator[LiveEvent]:
-        """Filters what has become certain; tests for a change each half second, and believes each second."""
+        """Filters new rows.
+
+        Tests for a change each half second, and infers a belief each second.
+        """
         assert self._filter is not None
         if (part := self._filter.take()) is None:
             return
@@ -356,7 +362,10 @@ class LiveIdentifier:
         return Cell.of(evidence.samples, whole.times, self._spread_jitter(whole))
 
     def _spread_jitter(self, whole: PreparedRun) -> Array:
-        """Computes the long-run variance of the signal's prediction by jitter of the stamps, (N, n)."""
+        """Computes the variance of the signal's prediction due to stamp jitter, (N, n).
+
+        It is the long-run variance.
+        """
         assert self._filter is not None
         n = self.robot.num_joints
         middle = whole.select(np.full(n + 1, len(whole.times) // 2))
@@ -367,12 +376,18 @@ class LiveIdentifier:
         return variance
 
     def _measure_jitter(self) -> float:
-        """Measures how far stamps are from an even grid, as a standard deviation that outliers hardly move, [s]."""
+        """Measures the SD of stamps about an even grid, [s].
+
+        Outliers hardly affect it.
+        """
         steps = np.array(self._steps)
         return float(np.median(np.abs(steps - np.median(steps))) / 0.6745 / np.sqrt(2.0))
 
     def _split(self) -> None:
-        """Begins a segment at the change, without the cell in which it happened, which is of neither load."""
+        """Begins a segment at a change of load.
+
+        The cell of the change, which has neither load, is left out.
+        """
         age = self._change.date(self._cells)
         mixed, cells = self._cells[-age], self._cells[-age + 1 :]
         rows = [each for each in self._rows if each.times[0] >= cells[0].start]
@@ -380,7 +395,10 @@ class LiveIdentifier:
         self._unnamed = 0.5 * (mixed.start + mixed.end)
 
     def _believe(self) -> Iterator[LiveEvent]:
-        """Infers the payload from the rows of the segment, names a change, and gives a final answer if it can."""
+        """Infers the payload of the segment.
+
+        Names a change, and gives a final answer if possible.
+        """
         whole = join(self._rows)
         seconds = float(whole.times[-1] - whole.times[0])
         if seconds < _SHORTEST:
@@ -425,7 +443,7 @@ class LiveIdentifier:
             yield from self._finish()
 
     def _check(self) -> Iterator[LiveEvent]:
-        """Says at the start what is wrong with the stream itself."""
+        """Reports faults of the stream itself at its start."""
         try:
             doubts = list(self._find_doubts(self._build_run()))
         except BadValueError as error:
@@ -434,7 +452,7 @@ class LiveIdentifier:
             yield LiveEvent("doubt", self._newest, {"why": doubt})
 
     def _judge(self, belief: PayloadBelief, now: float) -> tuple[bool, str]:
-        """Decides whether the belief is enough, and says why or why not."""
+        """Decides if the belief is precise enough, with the reason."""
         sd, com_sd = belief.mass_sd, float(belief.marginals.sd[COM].max())
         self._sds.append((now, sd))
         if not belief.shows_mass:
@@ -456,7 +474,10 @@ class LiveIdentifier:
         )
 
     def _name(self, belief: PayloadBelief, seconds: float) -> Iterator[LiveEvent]:
-        """Says what a change was, once the new load is known well enough: the transient looks like any load."""
+        """Names a change once the new load is well known.
+
+        The transient looks like any load.
+        """
         was_light, (was_low, was_high) = self._before
         low, high = belief.mass_interval90
         apart = low > was_high or high < was_low
@@ -477,7 +498,7 @@ class LiveIdentifier:
         yield LiveEvent(kind, self._newest, content)
 
     def _finish(self) -> Iterator[LiveEvent]:
-        """Identifies the load from the raw rows of the segment, with all doubts."""
+        """Identifies the load from the segment's raw rows, with all doubts."""
         self._tried = self._newest
         content: dict[str, Any] = {}
         try:
@@ -497,7 +518,7 @@ class LiveIdentifier:
         yield LiveEvent("final", self._newest, content, belief, run)
 
     def _build_run(self) -> Run:
-        """Builds the recording of the segment from its raw rows."""
+        """Builds the segment's recording from its raw rows."""
         first = bisect.bisect_left(self._times, max(self._since, float(self._rows[0].times[0])))
         q, v, signal = zip(*self._raw[first:], strict=True)
         velocities = None if v[0] is None else np.array(v)
@@ -505,7 +526,7 @@ class LiveIdentifier:
         return Run("the stream", self._description, times, np.array(q), np.array(signal), velocities)
 
     def _find_doubts(self, run: Run) -> Iterator[str]:
-        """Doubts the stamps of a stream, and its unit."""
+        """Finds doubts about the stamps of a stream, and its unit."""
         steps, longest = np.array(self._steps), float(np.diff(run.times).max())
         jitter = self._measure_jitter()
         advice = "stamps must be the times of the samples, not of sending"
@@ -525,5 +546,5 @@ class LiveIdentifier:
 
 
 def _build_row(sample: tuple[Array, Array | None, Array]) -> Array:
-    """Joins angles, velocities if there are any, and signals, shape (2n,) or (3n,)."""
+    """Joins angles, optional velocities, and signals, shape (2n,) or (3n,)."""
     return np.concatenate([values for values in sample if values is not None])

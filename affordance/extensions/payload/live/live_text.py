@@ -1,4 +1,7 @@
-"""Formats the events of a stream as text, a line each; a final answer's doubts and lines follow it."""
+"""Formats the events of a stream as text, one line each.
+
+Doubts and lines of a final answer follow it.
+"""
 
 from collections.abc import Iterator, Mapping
 from typing import Any

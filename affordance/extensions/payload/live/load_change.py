@@ -1,8 +1,8 @@
-"""Test whether the newest part of a stream shows another load than the part before it.
+"""Tests if the newest part of a stream has another load than the part before.
 
-No threshold on a residual: two explanations are compared, by the integral of their likelihoods over all loads. The
-newest cells show either the load of the earlier ones, as well as these know it, or any load. All that the test needs
-are sums of products in cells of half a second.
+The test compares two explanations by their likelihoods, integrated over all loads, instead of a residual with a
+threshold. The newest cells have either the load of the earlier cells, as far as it is known, or any load. The test
+needs only sums of products in cells of half a second.
 """
 
 from collections.abc import Sequence
@@ -50,7 +50,10 @@ class Cell(NamedTuple):
 
     @classmethod
     def of(cls, samples: ChannelSamples, times: Array, jitter: Array) -> "Cell":
-        """Computes the sums of samples at times, (N,), [s], with long-run variances by jitter of stamps, (N, C)."""
+        """Computes the sums of samples at times, (N,), [s].
+
+        Long-run variances due to stamp jitter are (N, C).
+        """
         z = samples.build_columns()
         counts = samples.used.sum(axis=0, dtype=float)
         spread = (samples.used * jitter).sum(axis=0)
@@ -63,10 +66,13 @@ class Cell(NamedTuple):
 
 
 class LoadChange:
-    """Test for a change of the load, with the errors of an empty arm that was fitted."""
+    """Test for a change of the load, based on the errors of a fitted empty arm."""
 
     def __init__(self, fitted: FittedArm, gains: Gains) -> None:
-        """Keeps the gains as exact: a wrong gain is wrong before and after a change."""
+        """Stores the gains as exact.
+
+        A wrong gain is wrong before and after a change.
+        """
         num = len(gains.mean)
         exact, no_friction = np.zeros((num, 2, 2)), np.zeros((num, 3))
         self._prior = ChannelPrior(gains.mean, exact, no_friction, fitted.friction_left, has_arm=False)
@@ -74,7 +80,10 @@ class LoadChange:
         self._phantom = max(fitted.phantom_mass, _FLOOR)
 
     def measure(self, cells: Sequence[Cell]) -> float:
-        """Computes the largest log Bayes factor of a change in the newest cells; negative if there is none."""
+        """Computes the largest log Bayes factor of a change in the newest cells.
+
+        It is negative if there is none.
+        """
         anything, best = build_phantom_covariance(_ANY_LOAD), -np.inf
         for age in _AGES:
             old, new = cells[:-age], cells[-age:]
@@ -90,16 +99,19 @@ class LoadChange:
         return float(best)
 
     def is_change(self, cells: Sequence[Cell]) -> bool:
-        """Returns whether the newest cells show another load than the earlier ones."""
+        """Returns True if the newest cells have another load than the earlier ones."""
         return self.measure(cells) > _CHANGED
 
     def date(self, cells: Sequence[Cell]) -> int:
-        """Finds the number of newest cells after the change for which two loads explain all cells best."""
+        """Finds the most probable number of newest cells after the change.
+
+        Two loads then explain all cells best.
+        """
         ages = range(_FEWEST_AFTER, min(_DATED + 1, len(cells) - 1))
         return max(ages, key=lambda age: self._explain(cells[:-age]) + self._explain(cells[-age:]))
 
     def _explain(self, cells: Sequence[Cell]) -> float:
-        """Computes the log evidence of cells under one load of which nothing is known."""
+        """Computes the log evidence of cells under one unknown load."""
         likelihood = PayloadLikelihood(_join(cells), self._prior, self._least + _average_jitter(cells))
         return float(likelihood.compute_log_evidence(build_phantom_covariance(1.0), np.array([_ANY_LOAD]))[0])
 
@@ -107,7 +119,10 @@ class LoadChange:
         return PayloadLikelihood(_join(cells), self._prior, variance).linearise(np.zeros(NUM_PARAMETERS))
 
     def _measure_variance(self, cells: Sequence[Cell], anything: Array) -> Array:
-        """Estimates the long-run variance of errors, (C,): at least that of the empty runs, or what a load leaves."""
+        """Estimates the long-run error variance, (C,).
+
+        It is at least the variance of the empty runs, or what a load leaves.
+        """
         if len(cells) < 3:
             return self._least
         before = self._linearise(cells, self._least)
@@ -131,20 +146,23 @@ class LoadChange:
 
 
 def _join(cells: Sequence[Cell]) -> JointStatistics:
-    """Adds the sums of cells; blocks, from which no variance is estimated here, are left empty."""
+    """Adds the sums of cells.
+
+    Blocks are left empty, because no variance is estimated from them here.
+    """
     products, sums, counts = (sum(each) for each in zip(*(cell[:3] for cell in cells), strict=True))
     return JointStatistics(products, 0.0 * products, 0.0 * products, sums, counts, 1, 0)  # type: ignore[arg-type]
 
 
 def _average_jitter(cells: Sequence[Cell]) -> Array:
-    """Averages the long-run variance of errors by jitter over cells, (C,)."""
+    """Averages the long-run variance of jitter errors over cells, (C,)."""
     sums, counts = (sum(getattr(cell, name) for cell in cells) for name in ("jitter", "counts"))
     mean: Array = sums / np.maximum(counts, 1.0)
     return mean
 
 
 def _integrate(likelihood: Quadratic, mean: Array, covariance: Array) -> float:
-    """Computes the log of the mean of exp(-x^T H x / 2 + b^T x) over x ~ N(mean, covariance)."""
+    """Computes the log of the mean of exp(-x^T H x / 2 + b^T x), x ~ N(mean, covariance)."""
     H, b = likelihood.precision, likelihood.information
     rest, M = b - H @ mean, np.eye(len(b)) + H @ covariance
     at_mean = float(likelihood.evaluate(mean[None])[0])

@@ -1,4 +1,4 @@
-"""Recorder of a stream: tables that ``read_run`` reads, with their descriptions."""
+"""Records a stream as tables with descriptions, for ``read_run``."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,14 +17,17 @@ _KEPT = ("tip", "base", "gravity", "compensates", "compensated_payload")
 
 
 def describe(empty: Path | None, joints: Sequence[str], kind: SignalKind, tip: str) -> dict[str, Any]:
-    """Builds the description of recorded tables: what an empty run's says of the signal, and the arm's joints."""
+    """Builds the description of recorded tables.
+
+    The signal is described as in an empty run, the joints are the arm's.
+    """
     known: Mapping[str, Any] = {} if empty is None else yaml.safe_load(empty.read_text(encoding="utf-8"))
     kept = {key: known[key] for key in _KEPT if key in known}
     return {"joints": list(joints), "signal": kind.value, "tip": tip, **kept}
 
 
 class Recorder:
-    """Writer of what was seen, row by row, so that a killed program leaves what it saw."""
+    """Writer of samples, row by row, so that a killed program leaves its data."""
 
     def __init__(self, folder: Path, description: Mapping[str, Any]) -> None:
         """Creates the folder."""
@@ -34,7 +37,10 @@ class Recorder:
         self.num_seen = self._num_final = 0
 
     def add(self, t: float, q: Array, v: Array | None, signal: Array) -> None:
-        """Adds a sample to ``seen_N.csv``; one without numbers, which no reader takes, is left out."""
+        """Adds a sample to ``seen_N.csv``.
+
+        A sample without numbers, which no reader accepts, is left out.
+        """
         if not np.isfinite(np.concatenate([q, signal] if v is None else [q, v, signal])).all():
             return
         if self._file is None:
@@ -51,7 +57,7 @@ class Recorder:
         self._file = None
 
     def write(self, run: Run) -> Path:
-        """Writes the rows of a final answer to ``final_N.csv``; returns its path."""
+        """Writes the rows of a final answer to ``final_N.csv``. Returns its path."""
         self._num_final += 1
         path = self._describe(f"final_{self._num_final}")
         velocities = [None] * len(run.q) if run.v is None else run.v

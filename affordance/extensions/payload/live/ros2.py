@@ -1,4 +1,4 @@
-"""Reader of ``sensor_msgs/JointState`` over DDS, without ROS: ``pip install cyclonedds``.
+"""Reads ``sensor_msgs/JointState`` over DDS, without ROS: ``pip install cyclonedds``.
 
 It creates a reader and no writer, so nothing can be commanded. It is best-effort, which matches every writer, and
 keeps all samples until they are read.
@@ -45,7 +45,7 @@ class _JointState(IdlStruct, typename="sensor_msgs::msg::dds_::JointState_"):
 
 
 def read_ros2(topic: str, domain: int, silence: float = float("inf")) -> Iterator[Sample]:
-    """Reads joint states from a topic until nothing has come for some time.
+    """Reads joint states from a topic until no sample comes for some time.
 
     Args:
         topic: Name of the topic, as ROS names it, such as /joint_states.

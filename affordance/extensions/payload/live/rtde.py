@@ -1,8 +1,10 @@
-"""Reader of a Universal Robots controller's real-time data (RTDE, TCP), with the standard library alone.
+"""Reads a Universal Robots controller's real-time data (RTDE, TCP).
 
-It sets up outputs and never an input recipe, without which the controller accepts no value: nothing can be commanded.
-Packages are a size (uint16), a type (uint8) and a payload, big endian: 86 version, 79 outputs, 83 start, 85 data, 77
-text. Source: Universal Robots, "Real-Time Data Exchange (RTDE) Guide".
+Only the standard library is needed.
+
+It sets up outputs and never an input recipe. Without one the controller accepts no value, so nothing can be
+commanded. Packages are a size (uint16), a type (uint8) and a payload, big endian: 86 version, 79 outputs, 83 start,
+85 data, 77 text. Source: Universal Robots, "Real-Time Data Exchange (RTDE) Guide".
 """
 
 import socket
@@ -28,7 +30,7 @@ _FREQUENCY, _PATIENCE = 500.0, 5.0  # of samples, at most, [Hz], and for the con
 
 
 def read_rtde(host: str, kind: SignalKind, port: int = PORT) -> Iterator[Sample]:
-    """Reads joint states, and the payload that is set, from a controller until it closes the connection.
+    """Reads joint states and the set payload until the controller closes the connection.
 
     Args:
         host: Name or address of the controller.
@@ -74,7 +76,10 @@ def _read(connection: socket.socket, host: str, names: list[str]) -> Iterator[Sa
 
 
 def _ask(connection: socket.socket, type_: int, payload: bytes = b"") -> bytes:
-    """Sends a package and returns the payload of the answer of its type; texts in between are skipped."""
+    """Sends a package, and returns the payload of its answer.
+
+    Texts in between are skipped.
+    """
     connection.sendall(struct.pack(">HB", len(payload) + 3, type_) + payload)
     while True:
         answer, data = _receive(connection)

@@ -1,4 +1,4 @@
-"""Samples of a running robot, from lines of text or from a recording."""
+"""Reads samples of a running robot from lines of text or from a recording."""
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,7 +17,10 @@ _BETWEEN = 1.0  # time between recordings, [s]
 
 
 class Sample(NamedTuple):
-    """Joint state as a driver sends it, with its joints in any order, others among them."""
+    """Joint state from a driver.
+
+    Joints are in any order, and others may be included.
+    """
 
     time: float  # when it was measured, [s]
     names: Sequence[str]
@@ -28,22 +31,27 @@ class Sample(NamedTuple):
 
 
 class JointOrder:
-    """Picks an arm's joints from messages by their names."""
+    """Selector of an arm's joints from messages, by name."""
 
     def __init__(self, joints: Sequence[str]) -> None:
-        """Keeps the names in the arm's order."""
+        """Stores the names in the arm's order."""
         self._joints, self._num_foreign = joints, 0
         self._foreign: tuple[str, ...] = ()  # names of the last message of other joints
         self._orders: dict[tuple[str, ...], list[int] | None] = {}
 
     def refuse(self) -> None:
-        """Raises a BadValueError that names the joints of the last message, if it was of other joints."""
+        """Rejects a stream whose last message was of other joints.
+
+        The BadValueError names these joints.
+        """
         if self._foreign:
             problem = f"are {', '.join(self._foreign)[:200]}, must include {', '.join(self._joints)}"
             raise BadValueError("the stream", "names", problem)
 
     def pick(self, sample: Sample) -> tuple[Array, Array | None, Array] | None:
-        """Picks angles, velocities and signals, shape (n,) each; None if the message is of other joints.
+        """Selects angles, velocities and signals, (n,) each.
+
+        Returns None if the message is of other joints.
 
         Raises:
             BadValueError: The message lacks numbers, or only messages of other joints come.
@@ -71,7 +79,9 @@ class JointOrder:
 
 
 def read_lines(lines: Iterable[str], joints: Sequence[str]) -> Iterator[Sample]:
-    """Reads joint states from lines: JSON objects, or rows of a table below a line of names.
+    """Reads joint states from lines of text.
+
+    A line is a JSON object, or a row of a table below a line of names.
 
     A JSON object has the fields of a JointState: time (or header), name, position, velocity, effort. A table has the
     columns of a recording: time, q_1.., v_1.. and tau_1.. or current_1.., or a logger's.
@@ -81,7 +91,7 @@ def read_lines(lines: Iterable[str], joints: Sequence[str]) -> Iterator[Sample]:
         joints: Names of the joints of messages without names and of tables, in order.
 
     Raises:
-        BadValueError: A line is neither.
+        BadValueError: A line is neither of these.
     """
     columns: dict[str, int] | None = None
     for number, line in enumerate(lines, start=1):
@@ -114,7 +124,7 @@ def _read_message(message: dict[str, Any], joints: Sequence[str]) -> Sample:
 
 
 def _find_columns(names: Sequence[str], num: int) -> dict[str, int]:
-    """Finds our columns in a table, under their own names or those of a logger."""
+    """Finds our columns in a table, by their own names or a logger's."""
     for columns in COLUMN_MAPS.values():
         ours = name_columns(names, columns)
         found = {name: place for place, name in reversed(list(enumerate(ours))) if name is not None}
@@ -133,7 +143,7 @@ def _read_row(row: Sequence[float], columns: dict[str, int], joints: Sequence[st
 
 
 def replay(runs: Sequence[Run]) -> Iterator[Sample]:
-    """Reads recordings, one after the other, with a second between them."""
+    """Reads recordings one after the other, a second apart."""
     start = 0.0
     for run in runs:
         for i, t in enumerate(run.times - run.times[0]):

@@ -1,1 +1,1 @@
-"""Posterior of a payload: priors of bodies and seen objects, fits, samples, and the belief in words."""
+"""Posterior of a payload: priors, fits, samples, and the belief in words."""

@@ -1,4 +1,4 @@
-"""Posterior of a held body that no camera has seen: its mode, and weighted samples around it.
+"""Posterior of an unseen held body: its mode, and weighted samples around it.
 
 Every sample is a physically consistent body. Weights are exact: the posterior density, with gains and friction
 integrated out, divided by the density of the proposal.
@@ -46,7 +46,9 @@ _POWERS = 1 << np.arange(_BITS - 1, -1, -1)
 
 
 def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Array:
-    """Draws points of the open unit cube, shape (num_points, size), each of which is uniformly distributed.
+    """Draws evenly spread points of the open unit cube, shape (num_points, size).
+
+    Each point is uniformly distributed.
 
     Binary digits are multiplied by a random triangular matrix and shifted (Matousek 1998, J. Complexity 14:527).
     There may be fewer than 2^30 points, with up to ``MAX_DIMENSION`` coordinates.
@@ -65,7 +67,10 @@ def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Ar
 
 
 def list_directions(dimension: int) -> list[int]:
-    """Lists the direction numbers of a dimension, counted from 0, in multiples of 2^-30."""
+    """Lists the direction numbers of a dimension, in multiples of 2^-30.
+
+    Dimensions count from 0.
+    """
     inner, first = _POLYNOMIALS[dimension - 1] if dimension else (0, (1,) * _BITS)
     degree = len(first)
     directions = [m << (_BITS - 1 - i) for i, m in enumerate(first)]
@@ -94,7 +99,9 @@ _KEPT = 0.1
 
 @dataclass(frozen=True)
 class Proposal:
-    """Proposal distribution of bodies: a mixture of a multivariate t distribution for each kind of solid and a prior.
+    """Proposal distribution of bodies: a mixture of t distributions and a prior.
+
+    There is a multivariate t distribution for each kind of solid.
 
     The t distributions have tails at least as heavy as the posterior's, and the prior has a small weight, which
     bounds the weights of the samples.
@@ -106,7 +113,7 @@ class Proposal:
 
     @classmethod
     def build(cls, kinds: Normals, log_evidence: Array, prior: SolidPrior) -> "Proposal":
-        """Builds the proposal from kinds and the unnormalised logarithms of their probabilities, shape (K,)."""
+        """Builds the proposal from kinds and their unnormalised log probabilities, (K,)."""
         weights = np.exp(log_evidence - log_evidence.max())
         return cls(kinds, (1.0 - _EVEN) * weights / weights.sum() + _EVEN / len(weights), prior)
 
@@ -132,13 +139,19 @@ class Proposal:
         return np.concatenate([about, self.prior.draw_theta(rng, num_prior)])
 
     def compute_log_density(self, theta: Array, prior: Array) -> Array:
-        """Computes the log density, (N,), up to a constant common to all components, given the prior's, (N,)."""
+        """Computes the log density, (N,), given the prior's, (N,).
+
+        The constant is common to all components.
+        """
         about = add_logs(self._compute_log_densities(theta))
         log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
         return log_density
 
     def refit(self, theta: Array, weights: Array) -> "Proposal":
-        """Returns the proposal refitted, kind by kind, to samples of the posterior, (N, 10), with weights, (N,)."""
+        """Refits the proposal, kind by kind, to weighted posterior samples.
+
+        They are (N, 10), with weights, (N,).
+        """
         log_densities = self._compute_log_densities(theta)
         belongs = np.exp(log_densities - add_logs(log_densities)[:, None]) * weights[:, None]
         means, covariances = self.kinds.means.copy(), self.kinds.covariances.copy()
@@ -154,7 +167,10 @@ class Proposal:
         return Proposal.build(Normals(means, covariances), log_evidence, self.prior)
 
     def _compute_log_densities(self, theta: Array) -> Array:
-        """Computes the log density of each t distribution times its share, up to a common constant, (N, K)."""
+        """Computes the log density of each t distribution times its share, (N, K).
+
+        A common constant is left out.
+        """
         size = self.kinds.means.shape[1]
         half, power = 0.5 * _DEGREES_OF_FREEDOM, 0.5 * (_DEGREES_OF_FREEDOM + size)
         scales = self.kinds.log_scales + gammaln(power) - gammaln(half) - 0.5 * size * np.log(half)
@@ -206,7 +222,9 @@ class WeightedBodies(NamedTuple):
 
     @property
     def effective_size(self) -> float:
-        """Number of independent samples that would estimate the mean of the worst of the ten parameters equally well.
+        """Number of independent samples that would be as accurate.
+
+        The worst of the ten parameters counts.
 
         The variance of a weighted mean is estimated from sums over the samples with a common ancestor, which may be
         correlated (Lee & Whiteley 2018, Variance estimation in the particle filter).
@@ -221,7 +239,10 @@ class WeightedBodies(NamedTuple):
 
 
 def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:
-    """Improves theta, (10,), with the likelihood approximated by a quadratic at a load, (10,)."""
+    """Improves theta, (10,), under a quadratic approximation of the likelihood.
+
+    The approximation is made at a load, (10,).
+    """
     quadratic = likelihood.linearise(load)
     phantom = likelihood.prior.phantom_covariance
     theta, covariance = _climb(quadratic.widen(phantom), prior.mean, prior.precision, theta, _TOLERANCE)
@@ -230,7 +251,10 @@ def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array,
 
 
 def measure_step(step: Array, mode: Mode) -> float:
-    """Computes the squared length of a step in posterior standard deviations, as theta has no common unit."""
+    """Computes the squared length of a step in posterior SDs.
+
+    Theta has no common unit.
+    """
     return float(step @ np.linalg.solve(mode.covariance, step))
 
 
@@ -248,7 +272,7 @@ def draw_bodies(
     of_body = BodyLikelihood(likelihood, mode.load)
 
     def compare(proposal: Proposal, theta: Array, normals: Array) -> tuple[Array, Array]:
-        """Returns the log density of the proposal, and the excess of the posterior's log density over it."""
+        """Returns the proposal's log density, and the excess of the posterior's over it."""
         log_prior = prior.compute_log_density(theta)
         log_proposals = proposal.compute_log_density(theta, log_prior)
         return log_proposals, of_body.compute(parameters_from_theta(theta), normals) + log_prior - log_proposals
@@ -324,7 +348,7 @@ def spread_bodies(
     mode: Mode,
     rng: np.random.Generator,
 ) -> WeightedBodies:
-    """Spreads the samples of a posterior over several likelihoods with different error variances.
+    """Spreads posterior samples over likelihoods with different error variances.
 
     Each sample is assigned to a random one of the likelihoods, and moved as the normal (Laplace) approximation about
     the mode moves: from one most probable body to the other, scaled by the roots of both covariances. What the run
@@ -342,14 +366,20 @@ def spread_bodies(
 
 
 def _correlate(before: Array, after: Array) -> float:
-    """Computes the largest correlation of a parameter, shape (N, 10), over samples before and after moves."""
+    """Computes the largest correlation of a parameter before and after moves.
+
+    Parameters are (N, 10), and correlations are over samples.
+    """
     away, later = before - before.mean(axis=0), after - after.mean(axis=0)
     scale = np.sqrt((away**2).sum(axis=0) * (later**2).sum(axis=0))
     return float(((away * later).sum(axis=0) / np.maximum(scale, np.finfo(float).tiny)).max())
 
 
 def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal:
-    """Builds a proposal with a component at the mode for each kind of solid, by Laplace's approximation."""
+    """Builds a proposal by Laplace's approximation.
+
+    It has a component at the mode for each kind of solid.
+    """
     quadratic = of_body.of_body
     means, precisions = prior.kinds.means, prior.kinds.precisions
     modes = [_climb(quadratic, *kind, mode.theta, _ROUGH) for kind in zip(means, precisions, strict=True)]
@@ -378,7 +408,10 @@ def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
 
 
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
-    """Finds the largest step of the exponent, up to ``most``, that keeps the effective size at half the samples."""
+    """Finds the largest step of the exponent that keeps half the samples effective.
+
+    It is at most ``most``.
+    """
 
     def count(step: float) -> float:
         return float(1.0 / np.sum(normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
@@ -393,7 +426,10 @@ def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
 
 
 def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
-    """Guesses theta, (10,), from the mean of a normal posterior of the parameters, made physically consistent."""
+    """Guesses theta, (10,), from a normal posterior's mean.
+
+    The mean is made physically consistent.
+    """
     pi = parameters_from_theta(prior.mean)
     D = compute_jacobian(prior.mean)
     quadratic = likelihood.linearise(pi)
@@ -412,7 +448,10 @@ def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
 def _climb(
     quadratic: Quadratic, mean: Array, precision: Array, theta: Array, tolerance: float
 ) -> tuple[Array, Array]:
-    """Finds the most probable theta under a quadratic likelihood and a normal prior, and its covariance."""
+    """Finds the most probable theta and its covariance.
+
+    The likelihood is quadratic, and the prior normal.
+    """
     H, b = quadratic.precision, quadratic.information
 
     def evaluate(theta: Array) -> tuple[float, Array]:

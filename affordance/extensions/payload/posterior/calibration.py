@@ -1,7 +1,9 @@
-"""Calibration of gains with a load of known mass, whose centre of mass and moments are estimated along with them.
+"""Calibrates gains with a load of known mass.
 
-Without a load they are estimated, less accurately, from the arm's own weight. With a single weighed load, the gains
-from each half of a run are checked by the mass that they give in the other half.
+Centre of mass and moments are estimated, too.
+
+Without a load, gains are estimated, less accurately, from the arm's own weight. With a single weighed load, each
+half's gains are checked by the mass that they give in the other half.
 """
 
 from dataclasses import replace
@@ -85,7 +87,10 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
 
 
 def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
-    """Estimates gains from the arm's own weight, to about 20 %; those of a light wrist remain undetermined."""
+    """Estimates gains from the arm's own weight, to about 20 %.
+
+    Gains of a light wrist remain undetermined.
+    """
     evidence = build_evidence(
         robot,
         run.source,
@@ -115,7 +120,10 @@ def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings
 
 
 def check_halves(evidence: Evidence, reference_mass: float, settings: IdentificationSettings) -> HalfCheck:
-    """Identifies a weighed load, [kg], from each half of a run with the gains of the other half."""
+    """Identifies a weighed load, [kg], from each half of a run.
+
+    Each half uses the gains of the other half.
+    """
     settings = replace(settings, num_samples=min(settings.num_samples, _FEW))
     middle = len(evidence.prepared.times) // 2
     halves = evidence.select(slice(middle)), evidence.select(slice(middle, None))
@@ -135,7 +143,7 @@ def check_halves(evidence: Evidence, reference_mass: float, settings: Identifica
 
 
 def _estimate_friction_sd(fit: PayloadFit) -> Array:
-    """Computes the standard deviations of friction given load and gains, shape (n, 3)."""
+    """Computes the SDs of friction given load and gains, shape (n, 3)."""
     products = fit.statistics.products[:, FRICTION, FRICTION] / fit.long_run_variance[:, None, None]
     sd = fit.likelihood.prior.friction_sd  # zero for friction that is switched off
     covariance = np.linalg.inv(np.eye(3) + sd[:, :, None] * products * sd[:, None, :])
@@ -143,7 +151,10 @@ def _estimate_friction_sd(fit: PayloadFit) -> Array:
 
 
 def _guess_scale(evidence: Evidence, mass: float) -> float:
-    """Guesses the ratio of signal to torque as the median over joints, for a point mass at the tip."""
+    """Guesses the ratio of signal to torque for a point mass at the tip.
+
+    It is the median over joints.
+    """
     of_arm = 0.0 if evidence.is_difference else evidence.samples.tau_arm
     torque = of_arm + evidence.samples.Y[..., 0] * mass
     signal = evidence.samples.signal
@@ -152,7 +163,7 @@ def _guess_scale(evidence: Evidence, mass: float) -> float:
 
 
 def _propagate(fit: PayloadFit) -> Array:
-    """Computes the covariance of the gains: that for a given body, plus the part due to the body's uncertainty."""
+    """Computes the covariance of the gains, including the body's uncertainty."""
     gain, covariance = fit.likelihood.estimate_gains(fit.mode.load)
     D = compute_jacobian(fit.mode.theta)
     root = D @ np.linalg.cholesky(fit.mode.covariance)  # each column is one SD of the body
@@ -166,7 +177,7 @@ def _propagate(fit: PayloadFit) -> Array:
 
 
 def _measure_gain_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Computes the relative errors of gains that errors of links in the file cause, shape (n,)."""
+    """Computes relative gain errors due to errors of links in the file, shape (n,)."""
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
     torque = samples.tau_arm * samples.used
     square = np.maximum((torque**2).sum(axis=0), np.finfo(float).tiny)

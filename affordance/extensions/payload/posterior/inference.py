@@ -1,4 +1,4 @@
-"""Inference of a payload from the evidence of any analysis, and the list of assumptions behind it."""
+"""Infers a payload from the evidence of any analysis, and lists the assumptions."""
 
 from dataclasses import replace
 
@@ -34,12 +34,12 @@ def infer(
 ) -> PayloadBelief:
     """Infers the belief about a payload from the evidence of a run.
 
-    If a camera saw another object than the one that was held, the camera is ignored and a note is added.
+    If a camera saw another object than the held one, the camera is ignored and a note is added.
 
     Args:
         evidence: Evidence of the run, from any analysis.
         gains: Belief about the joints' gains before this run, drift included.
-        solid: Prior of a body that no camera has seen; None for any solid that a hand could hold.
+        solid: Prior of an unseen body; None for any solid that a hand could hold.
         placed: Object that a camera saw, in the frame of the tip; None without a camera.
         deviation: SD of an object's density about its material's mean, as a fraction of the mean.
         settings: Settings of identification.
@@ -113,7 +113,7 @@ def infer(
 
 
 def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> tuple[str, ...]:
-    """Lists the assumptions about everything but the payload, one sentence each."""
+    """Lists assumptions about everything but the payload, one sentence each."""
     prior = settings.get_prior(evidence.kind)
     unit = evidence.kind.unit
     sentences = [f"signal: {evidence.kind.value.replace('_', ' ')} [{unit}]; {evidence.analysis}"]

@@ -50,7 +50,9 @@ def theta_from_parameters(pi: Array) -> Array:
 
 
 def thicken(pi: Array) -> Array:
-    """Returns bodies, (..., 10), a micrometre thicker, so that rounding leaves the thinnest a positive volume.
+    """Thickens bodies, (..., 10), by a micrometre.
+
+    After rounding, even the thinnest then has a positive volume.
 
     Bodies of many metres become thicker by more, but by less than a millionth of their size.
     """
@@ -60,7 +62,7 @@ def thicken(pi: Array) -> Array:
 
 
 def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
-    """Computes the derivative of the ten parameters with respect to theta, at one theta, shape (10, 10).
+    """Computes the derivative of the ten parameters by theta, shape (10, 10).
 
     ``pi`` holds the parameters at theta, (10,); None to compute them.
     """
@@ -78,7 +80,7 @@ def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
 
 
 def is_possible(pi: Array) -> Mask:
-    """Returns a mask, (N,), of the parameters, (N, 10), whose pseudo-inertia is positive definite."""
+    """Returns True for parameters, (N, 10), with a positive definite pseudo-inertia, (N,)."""
     possible: Mask = np.linalg.eigvalsh(pseudo_inertia_from_parameters(pi))[:, 0] > 0.0
     return possible
 

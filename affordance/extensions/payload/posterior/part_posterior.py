@@ -1,4 +1,4 @@
-"""Posterior of a held body whose parts a camera has seen: their densities, and the unseen rest.
+"""Posterior of a held body with seen parts: their densities, and the unseen rest.
 
     pi = Phi rho + delta,    delta ~ N(0, C)
 
@@ -40,7 +40,10 @@ class SeenObject:
 
     @cached_property
     def unseen(self) -> Array:
-        """Exact covariance of the parameters of 1 kg (one SD) anywhere in the box, in T, shape (10, 10)."""
+        """Exact covariance of the parameters of 1 kg (one SD) in the box, (10, 10).
+
+        It may be anywhere in the box; the frame is T.
+        """
         nodes, weights = np.polynomial.legendre.leggauss(3)
         grid = np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3)
         points = 0.5 * (self.low + self.high) + 0.5 * grid * (self.high - self.low)
@@ -59,23 +62,23 @@ class SeenObject:
 
 
 def add_unseen(geometry: Geometry, unseen: Array, share: float) -> Geometry:
-    """Adds the errors that a mass which is not seen causes, with an SD of a share of the seen parts' mass.
+    """Adds the errors due to unseen mass, with an SD relative to the seen mass.
 
-    ``unseen`` is the covariance of the parameters of 1 kg (one SD) of it, (10, 10).
+    ``share`` is this ratio. ``unseen`` is the covariance of the parameters of 1 kg (one SD) of unseen mass, (10, 10).
     """
     errors = share * factor(unseen).T[:, :, None] * geometry.Phi[0]  # each column of the root is an independent error
     return Geometry(geometry.Phi, np.concatenate([geometry.Phi_errors, errors]))
 
 
 class NotTheSeenObjectError(AffordanceError):
-    """No densities of the seen parts explain the load.
+    """Error if no densities of the seen parts explain the load.
 
     Attributes:
         p_value: Probability, under the prior, of a run at least as improbable as this one.
     """
 
     def __init__(self, num_possible: int, num_tried: int, p_value: float) -> None:
-        """Stores the arguments, from which the error is rebuilt when it is pickled between processes."""
+        """Stores the arguments, which pickling between processes needs."""
         super().__init__(num_possible, num_tried, p_value)
         self.p_value = p_value
 
@@ -92,7 +95,10 @@ class PlacedObject(NamedTuple):
     unseen: Array  # covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10)
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
-        """Draws physically consistent bodies from the prior, shape (N, 10); N is at most ``num_samples``."""
+        """Draws physically consistent bodies from the prior, (N, 10).
+
+        N is at most ``num_samples``.
+        """
         rho = self.belief.densities.draw_samples(rng, num_samples)
         geometry = add_unseen(self.belief.geometry, self.unseen, share)
         root = factor(geometry.compute_covariance(self.belief.densities.compute_mean()))
@@ -121,7 +127,7 @@ def infer_parts(
     rng: np.random.Generator,
     num_samples: int,
 ) -> PartPosterior:
-    """Infers the body and the densities of a seen object from a run, by Bayes' rule.
+    """Infers body and densities of a seen object from a run, by Bayes' rule.
 
     Args:
         likelihood: Likelihood of body and load in the run.
@@ -169,7 +175,9 @@ def infer_parts(
 def _draw(
     quadratic: Quadratic, belief: ObjectBelief, discrepancy: Array, rng: np.random.Generator, num_samples: int
 ) -> tuple[Array, int]:
-    """Draws densities, then the unseen rest given them; returns the bodies and the number of draws.
+    """Draws densities, then the unseen rest given these.
+
+    Returns the bodies and the number of draws.
 
     At most ``num_samples`` bodies are returned, shape (N, 10).
     """

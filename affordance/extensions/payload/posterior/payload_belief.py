@@ -1,4 +1,4 @@
-"""Belief about a held body after a run, and the quantities that the run left undetermined."""
+"""Belief about a held body after a run, and its undetermined quantities."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ MASS, COM, MOMENTS = slice(0, 1), slice(1, 4), slice(4, 7)
 
 
 class Marginals(NamedTuple):
-    """Marginals of mass, centre of mass and moments of inertia about it, shape (10,) each.
+    """Marginals of mass, centre of mass and moments of inertia about it, (10,) each.
 
     They are in the order of QUANTITIES, [kg, m, kg m^2]; products of inertia are -integral(x y dm).
     """
@@ -37,13 +37,16 @@ class Marginals(NamedTuple):
 
 
 def describe_bodies(pi: Array) -> Array:
-    """Computes mass, centre of mass and moments about it, in the order of QUANTITIES, from pi, (N, 10)."""
+    """Computes mass, centre of mass and moments about it from pi, (N, 10).
+
+    The order is that of QUANTITIES.
+    """
     m, c = pi[:, 0], pi[:, 1:4] / pi[:, :1]
     return np.column_stack([m, c, pi[:, 4:] - m[:, None] * compute_point_parameters(c)[:, 4:]])
 
 
 def summarise(values: Array, weights: Array) -> Marginals:
-    """Computes the marginals of weighted samples: values of shape (N, 10), weights of shape (N,)."""
+    """Computes the marginals of samples, (N, 10), with weights, (N,)."""
     mean = weights @ values
     sd = np.sqrt(weights @ (values - mean) ** 2)
     order = np.argsort(values, axis=0)
@@ -60,7 +63,7 @@ UNSEEN = 0.8
 
 
 def find_hidden_direction(bodies: Array, weights: Array, prior_bodies: Array) -> Array | None:
-    """Finds a direction along which the centre of mass is hardly better known than before a run, shape (3,).
+    """Finds a direction in which a run hardly locates the centre of mass, (3,).
 
     Args:
         bodies: Samples of the ten parameters, shape (N, 10).
@@ -149,7 +152,10 @@ class LearnedDensity(NamedTuple):
 
 
 class HalfCheck(NamedTuple):
-    """Masses from both halves of a run, each with the gains of the other half, shape (2,) each, in order of time."""
+    """Masses from both halves of a run, with gains of the other half.
+
+    Arrays have shape (2,) and are in order of time.
+    """
 
     mass: Array  # means of the mass, [kg]
     sd: Array  # standard deviations of the mass, [kg]
@@ -277,7 +283,10 @@ class PayloadBelief:
 
     @property
     def setting(self) -> PayloadSetting | None:
-        """Payload to set on a controller, without moments that the run did not show; None if it shows no mass."""
+        """Payload setting for a controller; None if the run shows no mass.
+
+        Moments that the run did not show are left out.
+        """
         if self.hidden & set(QUANTITIES[MASS]):
             return None
         mean = self.marginals.mean
@@ -287,7 +296,10 @@ class PayloadBelief:
 
     @property
     def learned(self) -> tuple[LearnedDensity, ...]:
-        """Densities of the materials in the seen object, after the run; empty without a camera."""
+        """Densities of the materials in the seen object, after the run.
+
+        Empty without a camera.
+        """
         if self.seen is None:
             return ()
         low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
@@ -304,12 +316,15 @@ class PayloadBelief:
 
     @property
     def teaches(self) -> bool:
-        """True if a memory should learn from the run: it is trusted, and the object is what it looks like."""
+        """True if a memory should learn from the run.
+
+        The run is trusted, and the object is what it looks like.
+        """
         return self.is_trusted and self.seen is not None and (self.p_value is None or self.p_value >= SURPRISE)
 
     @cached_property
     def hidden(self) -> frozenset[str]:
-        """Names, as in QUANTITIES, of the quantities that the run left undetermined."""
+        """Names of the undetermined quantities, as in QUANTITIES."""
         m = self.marginals
         is_vague = (m.sd > _VAGUE * m.mean) & ~_OF_COM  # known only to a factor; products are not considered
         is_hidden = (self._share_of_prior > UNSEEN) | is_vague
@@ -321,13 +336,16 @@ class PayloadBelief:
 
     @property
     def is_light(self) -> bool:
-        """True if the mass is known to be small compared with what a hand could hold, but not how small."""
+        """True if the mass is known to be small, but not how small.
+
+        The reference is any load that a hand could hold.
+        """
         is_small = self.marginals.high90[0] < np.quantile(self.prior_bodies[:, 0], _LIGHT)
         return bool(is_small) and not self.hidden.isdisjoint(QUANTITIES[MASS])
 
     @property
     def shows_mass(self) -> bool:
-        """True if the run shows how much is held, or that it is little or nothing."""
+        """True if the run shows the mass, or that it is little or nothing."""
         return self.is_light or self.hidden.isdisjoint(QUANTITIES[MASS])
 
     @cached_property
@@ -339,14 +357,17 @@ class PayloadBelief:
 
     @cached_property
     def hidden_direction(self) -> Array | None:
-        """Direction in T along which held postures leave the centre of mass undetermined, shape (3,), or None."""
+        """Direction in T in which postures leave the centre of mass undetermined, (3,).
+
+        None if there is no such direction.
+        """
         if not self.fit.evidence.is_at_rest or self.seen is not None:
             return None
         return find_hidden_direction(self.bodies.pi, self.bodies.weights, self.prior_bodies)
 
     @cached_property
     def unseen(self) -> tuple[str, ...]:
-        """Quantities that this motion left undetermined, one sentence each."""
+        """Quantities that this motion leaves undetermined, one sentence each."""
         return tuple(
             describe_unseen(
                 self.marginals,
@@ -376,7 +397,10 @@ class PayloadBelief:
         return tuple(sentences)
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns all results as plain numbers and texts for JSON, in SI units, at the tip."""
+        """Returns all results as plain numbers and texts for JSON.
+
+        They are in SI units, at the tip.
+        """
         m, moments = self.marginals, slice(4, 10)
         pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])
         content: dict[str, Any] = {

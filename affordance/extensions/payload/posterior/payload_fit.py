@@ -1,4 +1,4 @@
-"""Fit of a run: the most probable payload and the noise variance, alternately, to a fixed point."""
+"""Fits the most probable payload and the noise variance of a run, in turns."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -52,7 +52,10 @@ class PayloadFit(NamedTuple):
 
 
 def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
-    """Builds the prior of all unknowns but the payload, from gains that include drift."""
+    """Builds the prior of all unknowns but the payload.
+
+    Gains include drift.
+    """
     friction_sd = evidence.list_friction_sds(settings)
     # Calibrated friction does not apply if another run was subtracted.
     carried = None if evidence.is_difference else gains.friction_sd
@@ -72,7 +75,7 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
 def fit_payload(
     evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
 ) -> PayloadFit:
-    """Fits the most probable body, the noise variances, and the load signs that this body causes.
+    """Fits the most probable body, its load signs, and the noise variances.
 
     The fit may stop at a false optimum where a channel's variance is as large as its signal and the gain of another
     is many standard deviations off. It therefore also starts from the load that the mean gains imply. The result of
@@ -107,7 +110,7 @@ def fit_payload(
 
 
 def _measure(likelihood: PayloadLikelihood, mode: Mode, solid: SolidPrior) -> float:
-    """Computes the log probability of a body and its phantom payload, up to a constant."""
+    """Computes the log probability of a body and its phantom, up to a constant."""
     phantom = mode.load - mode.pi
     of_phantom = phantom @ np.linalg.pinv(likelihood.prior.phantom_covariance) @ phantom
     of_body = solid.compute_log_density(mode.theta[None])[0]
@@ -115,9 +118,11 @@ def _measure(likelihood: PayloadLikelihood, mode: Mode, solid: SolidPrior) -> fl
 
 
 def measure_axes(fit: PayloadFit) -> tuple[Array, Array]:
-    """Measures the scale of a wrist sensor's force along each axis, relative to the fitted load.
+    """Estimates a wrist sensor's force scale along each axis, relative to the load.
 
-    It is the slope of the force on that of the load, with an offset. The prior of the gains does not enter.
+    The load is the fitted one.
+
+    The scale is the slope of measured over predicted force, with an offset. The prior of the gains is not used.
 
     Returns: The scales and their standard errors, shape (3,) each.
     """
@@ -129,7 +134,9 @@ def measure_axes(fit: PayloadFit) -> tuple[Array, Array]:
 
 
 def spread_gains(fit: PayloadFit) -> Array:
-    """Infers how wide a wrist sensor's gains spread from how much its axes disagree about the weight of the load.
+    """Infers the spread of a wrist sensor's gains from differences between axes.
+
+    Axes may disagree about the weight of the load.
 
     The variance of a gain about what is common to all has a scaled inverse chi-squared prior, in which the stated
     variance weighs as much as one gain. Scales of forces are normal about their mean with that variance plus that of
@@ -154,11 +161,13 @@ def spread_gains(fit: PayloadFit) -> Array:
 
 
 def vary_unknowns(fit: PayloadFit, spreads: Array, settings: IdentificationSettings) -> list[PayloadLikelihood]:
-    """Builds likelihoods with error variances, and variances of gains, drawn from their uncertainty after the run.
+    """Builds likelihoods with variances drawn from their uncertainty after the run.
+
+    These are variances of errors and of gains.
 
     A variance that was estimated from n errors is its estimate times n over a chi-squared variable with n degrees of
-    freedom. Each channel takes each quantile of it once, in a random order of its own (a Latin hypercube). Fewer than
-    one error counts as one, because quantiles would be unbounded. At rest Student's t widens these errors elsewhere.
+    freedom. Each channel has each quantile once, in its own random order (a Latin hypercube). Fewer than one error
+    counts as one, because quantiles would be unbounded. At rest Student's t widens these errors elsewhere.
 
     Args:
         fit: Fit of the run.
@@ -180,11 +189,13 @@ def vary_unknowns(fit: PayloadFit, spreads: Array, settings: IdentificationSetti
 
 
 def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: IdentificationSettings) -> tuple[Array, Array]:
-    """Estimates the change of each gain since the subtracted run by the data alone, without a prior that shrinks it.
+    """Estimates each gain's change since the subtracted run by the data alone.
+
+    No prior shrinks it.
 
     Body and variances are fitted again, with changes of any size. The errors of the changes are those for a given
     load, plus those that the uncertainty of body and phantom payload causes. A variance that was estimated from n
-    errors is taken n / (n - 2) times, as that of Student's t, unless earlier runs bound it.
+    errors is multiplied by n / (n - 2), as for Student's t, unless earlier runs bound it.
 
     Returns: The relative changes, shape (C,), and the covariance that errors and usual changes give them, (C, C).
     """
@@ -221,16 +232,17 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
 def add_friction_error(
     evidence: Evidence, gains: Gains, solid: SolidPrior, settings: IdentificationSettings
 ) -> Evidence:
-    """Adds errors of the friction model, which do not average out, to a pair's evidence as a phantom payload.
+    """Adds errors of the friction model to a pair's evidence, as a phantom payload.
+
+    They do not average out.
 
     No model of friction is right. One standard deviation of a joint's error is taken to be the whole effect of its
     friction: the change of the most probable load if the joint is assumed to have none. Joints err independently.
 
-    Nothing is added unless a motion was repeated: errors of a fitted arm are measured and include those of its
-    friction, and without friction an arm as in its file would make no sense. Nor is anything added if the gains come
-    from the arm's own weight: without friction they would differ, so that the change of the load would be due to the
-    gains, and as large as the load. The returned evidence has the load signs of the payload that fits without these
-    errors, as a start for the next fit.
+    Errors are added only for a repeated motion. Errors of a fitted arm are measured and include friction, and the arm
+    of a file makes no sense without friction. Errors are not added if the gains come from the arm's own weight:
+    without friction these gains would differ, and change the load by as much as the load itself. The returned
+    evidence has the load signs of the payload that fits without these errors, as a start for the next fit.
     """
     if evidence.is_at_rest:  # friction has no direction at rest, and its errors are part of the residual
         return evidence
@@ -257,7 +269,7 @@ def fit_statistics(
     solid: SolidPrior,
     start: Array | None = None,
 ) -> tuple[PayloadLikelihood, Mode, Array, Array]:
-    """Fits the most probable body and the noise variances, alternately, to a fixed point.
+    """Fits the most probable body and the noise variances in turns, to a fixed point.
 
     The iteration starts from the theta ``start`` or, if that is None, from a guess.
 

@@ -1,4 +1,4 @@
-"""Prior of a held body that no camera has seen: any solid that a hand could hold.
+"""Prior of an unseen held body: any solid that a hand could hold.
 
 It is a mixture of normal distributions of the log-Cholesky coordinates, one fitted to each of four kinds of random
 solids.
@@ -51,19 +51,22 @@ class Normals:
 
     @cached_property
     def log_scales(self) -> Array:
-        """Logarithms of the densities at the means, without powers of 2 pi, shape (K,)."""
+        """Logarithms of the densities at the means, shape (K,).
+
+        Powers of 2 pi are left out.
+        """
         scales: Array = -np.log(np.diagonal(self.roots, axis1=1, axis2=2)).sum(axis=1)
         return scales
 
     @cached_property
     def _whitening(self) -> tuple[Array, Array]:
-        """Inverse roots of all distributions side by side, (D, K D), and the whitened means, (K D,)."""
+        """Inverse roots of all distributions side by side, (D, K D), and whitened means, (K D,)."""
         num, size = self.means.shape
         inverse = np.linalg.inv(self.roots)
         return inverse.reshape(num * size, size).T, (inverse @ self.means[..., None]).ravel()
 
     def measure_squares(self, points: Array) -> Array:
-        """Computes squared Mahalanobis distances of points, (N, D), from the means; shape (N, K)."""
+        """Computes squared Mahalanobis distances of points, (N, D), shape (N, K)."""
         num, size = self.means.shape
         whitening, origin = self._whitening
         away = points @ whitening - origin
@@ -73,7 +76,10 @@ class Normals:
 
 
 def add_logs(logs: Array) -> Array:
-    """Computes log-sum-exp over K terms, shape (N, K), several times faster than NumPy; shape (N,)."""
+    """Computes log-sum-exp over K terms, (N, K), several times faster than NumPy.
+
+    The result is (N,).
+    """
     most = logs.max(axis=1)
     total: Array = most + np.log(np.exp(logs - most[:, None]).sum(axis=1))
     return total
@@ -81,7 +87,10 @@ def add_logs(logs: Array) -> Array:
 
 @dataclass(frozen=True)
 class SolidPrior:
-    """Mixture of normal distributions of theta (see log_cholesky), whose samples are physically consistent bodies."""
+    """Mixture of normal distributions of theta (see log_cholesky).
+
+    Samples are physically consistent bodies.
+    """
 
     kinds: Normals  # distribution of theta for each of K kinds of solids
     shares: Array  # probability of each kind, shape (K,); they sum to one
@@ -94,7 +103,7 @@ class SolidPrior:
 
     @classmethod
     def from_samples(cls, *kinds: Array) -> "SolidPrior":
-        """Fits the prior to samples of one or more equally probable kinds of bodies, parameters (N, 10) each.
+        """Fits the prior to samples of equally probable kinds of bodies, (N, 10) each.
 
         N must be well above 10.
 
@@ -108,7 +117,10 @@ class SolidPrior:
         )
 
     def with_mass(self, mass: float, sd: float) -> "SolidPrior":
-        """Returns the prior of a weighed body, conditioned on its mass with a standard deviation, [kg]."""
+        """Returns the prior of a weighed body.
+
+        It is conditioned on the mass with a standard deviation, [kg].
+        """
         means, C = self.kinds.means, self.kinds.covariances
         away, variance = np.log(mass) - means[:, 0], C[:, 0, 0]
         gain = C[:, 0] / variance[:, None]
@@ -118,13 +130,16 @@ class SolidPrior:
         return SolidPrior(kinds, shares / shares.sum())
 
     def with_common_factor(self, sd: float) -> "SolidPrior":
-        """Returns the prior of a body times an unknown factor, whose logarithm is normal with the given SD."""
+        """Returns the prior of a body times an unknown factor.
+
+        The log of the factor is normal with the given SD.
+        """
         covariances = np.array(self.kinds.covariances)
         covariances[:, 0, 0] += sd**2
         return SolidPrior(Normals(self.kinds.means, covariances), self.shares)
 
     def remove_common_factor(self, pi: Array, sd: float, rng: np.random.Generator) -> Array:
-        """Draws bodies without the unknown common factor, given bodies that include it, (N, 10)."""
+        """Draws bodies without the unknown common factor, from bodies with it, (N, 10)."""
         if sd == 0.0:
             return pi
         widened = self.with_common_factor(sd)
@@ -160,11 +175,14 @@ class SolidPrior:
         return 0.5 * (inverse + inverse.T)
 
     def compute_log_density(self, theta: Array) -> Array:
-        """Computes the log density of theta, (N, 10), up to a constant; shape (N,)."""
+        """Computes the log density of theta, (N, 10), up to a constant; (N,)."""
         return add_logs(self.compute_log_densities(theta))
 
     def compute_log_densities(self, theta: Array) -> Array:
-        """Computes the log density of each kind times its probability, up to a common constant, (N, K)."""
+        """Computes each kind's log density times its probability, (N, K).
+
+        A common constant is left out.
+        """
         squares = self.kinds.measure_squares(theta)
         log_densities: Array = np.log(self.shares) + self.kinds.log_scales - 0.5 * squares
         return log_densities
@@ -182,7 +200,10 @@ class SolidPrior:
 
 
 def _draw_random_solids(rng: np.random.Generator) -> tuple[Array, ...]:
-    """Draws solids of each kind: assemblies, compact boxes, rods, and handles with a head; (N, 10) each."""
+    """Draws solids of each kind, (N, 10) each.
+
+    Kinds are assemblies, compact boxes, rods, and handles with a head.
+    """
     return _draw_assemblies(rng), _draw_compact(rng), _draw_rods(rng), _draw_handled(rng)
 
 
@@ -206,7 +227,10 @@ def _draw_compact(rng: np.random.Generator) -> Array:
 
 
 def _draw_rods(rng: np.random.Generator) -> Array:
-    """Draws the ten parameters of rods, which lie along x before they are turned, (N, 10)."""
+    """Draws the ten parameters of rods along x, (N, 10).
+
+    They are turned afterwards.
+    """
     length = _draw_log_uniform(rng, _ROD_LENGTHS, (_NUM_SOLIDS, 1))
     second = _measure_cylinder(length, _draw_log_uniform(rng, _ROD_RADII, (_NUM_SOLIDS, 1)))
     along = rng.uniform(-0.5, 0.5, (_NUM_SOLIDS, 1)) * length
@@ -215,7 +239,10 @@ def _draw_rods(rng: np.random.Generator) -> Array:
 
 
 def _draw_handled(rng: np.random.Generator) -> Array:
-    """Draws the ten parameters of handles along x with a head at the end, before they are turned, (N, 10)."""
+    """Draws the ten parameters of handles along x with a head, (N, 10).
+
+    They are turned afterwards.
+    """
     shape = (_NUM_SOLIDS, 1)
     length = _draw_log_uniform(rng, _HANDLE_LENGTHS, shape)
     handle = _measure_cylinder(length, _draw_log_uniform(rng, _HANDLE_RADII, shape))
@@ -229,12 +256,15 @@ def _draw_handled(rng: np.random.Generator) -> Array:
 
 
 def _measure_cylinder(length: Array, radius: Array) -> Array:
-    """Computes the mean squared coordinates of cylinders along x, (N, 1, 3), from lengths and radii, (N, 1)."""
+    """Computes mean squared coordinates of cylinders along x, (N, 1, 3).
+
+    Lengths and radii are (N, 1).
+    """
     return np.stack([length**2 / 12.0, radius**2 / 4.0, radius**2 / 4.0], axis=-1)
 
 
 def _turn(rng: np.random.Generator, masses: Array, centres: Array, squares: Array, held: Array) -> Array:
-    """Turns solids of P parts to random orientations and places them in the hand; see ``_assemble``.
+    """Turns solids of P parts at random and places them in the hand; see ``_assemble``.
 
     ``squares`` holds the mean squared coordinates of each part about its centre, (N, P, 3), [m^2]; ``held`` is the
     position of the solid's origin in the tip frame, (N, 1, 3), [m].

@@ -1,1 +1,1 @@
-"""Recordings of users: readers of their files and columns, and evenly spaced, filtered samples."""
+"""Reads recordings of users, and computes evenly spaced, filtered samples."""

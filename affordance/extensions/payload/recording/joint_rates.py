@@ -1,4 +1,6 @@
-"""Jumps of recorded joint angles: rates that no joint of the robot reaches, and their likely causes.
+"""Finds jumps of recorded joint angles, and their likely causes.
+
+No joint of the robot reaches such rates.
 
 A table with jumps is not a recording of a motion: a filter would turn each jump into a motion that never happened.
 """
@@ -38,7 +40,7 @@ _LONGEST_LAG = 0.5
 
 
 class Jump(NamedTuple):
-    """Change of a joint angle between two samples that is too large for the time between them."""
+    """Change of a joint angle that is too large for the time between two samples."""
 
     row: int  # number of the later sample, from 0
     joint: int  # number of the joint, from 0
@@ -53,12 +55,14 @@ class Jump(NamedTuple):
 
 
 def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
-    """Finds changes of joint angles between neighbouring samples that exceed the velocity limits.
+    """Finds changes of joint angles that exceed the velocity limits.
+
+    They are between neighbouring samples.
 
     In a table of held postures, the angles jump from each posture to the next unless they are close together. A jump
-    exceeds by 0.05 rad what one and a half times the limit allows, in the time between the samples or in the median
-    time step if that is longer: according to single time stamps, a Panda's recording at 1 kHz has steps at 3.4 times
-    the limit.
+    exceeds one and a half times the limit by 0.05 rad. The time is that between the samples, or the median time step
+    if that is longer, because single time stamps are unreliable: in a Panda's recording at 1 kHz they imply steps at
+    3.4 times the limit.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].
@@ -79,7 +83,7 @@ def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
 
 
 class Fault(NamedTuple):
-    """Joint rate that is impossible in a recording."""
+    """Impossible joint rate in a recording."""
 
     row: int  # number of the sample, from 0
     joint: int  # number of the joint, from 0
@@ -129,13 +133,16 @@ def find_fault(
 
 
 def _is_smooth(q: Array, row: int) -> bool:
-    """Returns whether the change before a sample resembles the changes before and after it, for angles (N,)."""
+    """Returns True if the change before a sample resembles its neighbours, for angles (N,)."""
     changes = np.diff(q[max(row - 2, 0) : row + 2])
     return bool((changes * np.sign(q[row] - q[row - 1]) >= _SMOOTH * abs(q[row] - q[row - 1])).all())
 
 
 def _explain_units(q: Array, step: float, worst: Jump, ranges: Array) -> str:
-    """Explains which unit is probably wrong if a motion is smooth but too fast; ``step`` is the time step, [s]."""
+    """Explains which unit is probably wrong in a smooth but too fast motion.
+
+    ``step`` is the time step, [s].
+    """
     if step <= _SHORTEST and worst.rate <= _NEXT_UNIT * _RATE_SLACK * worst.limit:
         return f"{1e6 * step:.3g} us between samples is improbable: {LONGER_UNIT}"
     low, high = ranges
@@ -162,7 +169,9 @@ def _explain_jumps(q: Array, jumps: tuple[Jump, ...]) -> str:
 
 
 def find_lag(times: Array, values: Array, rate: Array) -> float:
-    """Estimates the delay of a recorded rate, [s]; negative if the rate is early.
+    """Estimates the delay of a recorded rate, [s].
+
+    It is negative if the rate is early.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].
@@ -193,7 +202,7 @@ def find_lag(times: Array, values: Array, rate: Array) -> float:
 
 
 class RateFault(NamedTuple):
-    """Column that is not the rate of the quantity that it should belong to."""
+    """Column that is not the rate of its assumed quantity."""
 
     joint: int  # number of the joint, from 0
     problem: str  # what is wrong and the bound, with {} in place of the quantity's name
@@ -201,7 +210,9 @@ class RateFault(NamedTuple):
 
 
 def compare_rate(times: Array, of: Array, rate: Array, q: Array) -> RateFault | None:
-    """Compares a measured rate with the change of its quantity, for each joint that moves, widest motion first.
+    """Compares a measured rate with the change of its quantity for each moving joint.
+
+    The joint with the widest motion is first.
 
     Faults are rates in other units, of another joint or at another time. All tables have shape (N, n).
     """
@@ -228,6 +239,6 @@ def compare_rate(times: Array, of: Array, rate: Array, q: Array) -> RateFault | 
 
 
 def _remove_line(values: Array, times: Array) -> Array:
-    """Subtracts the line through the first and the last value."""
+    """Subtracts the line through the first and last values."""
     line: Array = np.interp(times, times[[0, -1]], values[[0, -1]])
     return values - line

@@ -1,4 +1,6 @@
-"""Preparation of a recorded run: evenly spaced samples, one zero-phase filter for all signals, then derivatives.
+"""Prepares a recorded run: even samples, one zero-phase filter, then derivatives.
+
+All signals have the same filter.
 
 Signals that obey a linear equation still obey it if all are filtered alike. Accelerations are differences of filtered
 velocities.
@@ -54,10 +56,10 @@ class PreparedRun(NamedTuple):
 
 
 def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
-    """Computes the cut-off of the filter that passes a run's motion, [Hz].
+    """Computes the filter cut-off that passes a run's motion, [Hz].
 
     It is a multiple of the bandwidth that contains 99.9 % of the velocity's power, for the joint with the largest
-    bandwidth. The cut-off of the settings, if there is one, is taken instead.
+    bandwidth. A cut-off in the settings takes precedence.
     """
     if run.description.postures:
         return 1.0 / POSTURE_STEP  # nothing is filtered
@@ -79,7 +81,10 @@ def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
 
 
 def _compute_bandwidth(v: Array, rate: float) -> float:
-    """Computes the frequency below which nearly all power of the moving joints' velocities lies, [Hz]."""
+    """Computes the bandwidth of the moving joints' velocities, [Hz].
+
+    Nearly all of their power is below it.
+    """
     power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
     total = power.sum(axis=0)
     share = np.cumsum(power, axis=0) / total
@@ -91,7 +96,9 @@ def _compute_bandwidth(v: Array, rate: float) -> float:
 def prepare(
     run: Run, settings: IdentificationSettings, *, cutoff: float | None = None, times: Array | None = None
 ) -> PreparedRun:
-    """Filters a run and computes its derivatives; postures are returned as they are, at rest and at nominal times.
+    """Filters a run and computes its derivatives.
+
+    Postures are returned unchanged, at rest and at nominal times.
 
     Args:
         run: Recorded run.
@@ -127,10 +134,12 @@ def prepare(
 
 
 def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
-    """Applies a digital Butterworth filter forwards and backwards to even samples, (N, C), at a rate, [Hz].
+    """Applies a Butterworth filter forwards and backwards to even samples, (N, C).
 
-    The results are those of ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the values
-    are extended by odd reflection at both ends, and each pass starts in the steady state of its first value. At the
+    The rate is in [Hz].
+
+    The results equal ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the values are
+    extended by odd reflection at both ends, and each pass starts in the steady state of its first value. At the
     cut-off, [Hz], each pass halves the power.
     """
     edge = 3 * (_ORDER + 1)
@@ -146,7 +155,10 @@ def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
 
 
 def _apply_section(values: Array, w: float, damping: float) -> Array:
-    """Applies the bilinear transform of 1 / (s^2 / w^2 + damping s / w + 1), starting in the steady state."""
+    """Applies the bilinear transform of 1 / (s^2 / w^2 + damping s / w + 1).
+
+    It starts in the steady state.
+    """
     a = np.array([1.0 + damping * w + w**2, 2.0 * (w**2 - 1.0), 1.0 - damping * w + w**2])
     known = np.concatenate([values[:1], values[:1], values])
     inputs = w**2 * (known[2:] + 2.0 * known[1:-1] + known[:-2])
@@ -157,7 +169,7 @@ def _apply_section(values: Array, w: float, damping: float) -> Array:
 
 
 def prepare_alike(runs: Iterable[Run], settings: IdentificationSettings) -> list[PreparedRun]:
-    """Prepares runs with the same filter, which passes the motion of all of them."""
+    """Prepares runs with one filter, which passes the motion of all of them."""
     runs = list(runs)
     cutoff = max(compute_cutoff(run, settings) for run in runs)
     return [prepare(run, settings, cutoff=cutoff) for run in runs]

@@ -1,4 +1,4 @@
-"""Recorded run: one table of times, joint motion and signals, validated on construction.
+"""Recorded run: a validated table of times, joint motion and signals.
 
 Impossible data are rejected: numbers that are not finite, times that do not increase, angles in degrees or with
 jumps, currents in milliamperes. Each error names the file, the row, the column, the value and its bound.
@@ -184,7 +184,9 @@ class Run:
 
     @property
     def fingerprint(self) -> str:
-        """Text that identifies the recording: the smallest hash of a sample, which most trimmed copies retain.
+        """Text that identifies the recording, from the smallest hash of a sample.
+
+        Most trimmed copies retain it.
 
         Samples that occur more than once do not count unless there are no others: samples of an arm at rest, in steps
         of its encoders and sensors, may occur in other runs too.
@@ -236,7 +238,9 @@ class Run:
         )
 
     def measure_overlap(self, other: "Run") -> float:
-        """Computes which share of this run's samples also occur in another run, whatever their times.
+        """Computes the share of this run's samples that also occur in another run.
+
+        Times are ignored.
 
         Angles and signals are compared to a thousandth of the signals' range, which rounding seldom exceeds and noise
         nearly always does. Two recordings of the same motion have hardly any samples that agree at every joint.
@@ -251,7 +255,7 @@ class Run:
         return len(own & others) / len(own)
 
     def select(self, rows: slice) -> "Run":
-        """Returns the run with only the given samples."""
+        """Selects samples of the run."""
         given = {name: getattr(self, name) for name in ("times", "q", "signal", "v", "vdot", "rows")}
         return replace(self, **{name: values[rows] for name, values in given.items() if values is not None})
 
@@ -261,7 +265,9 @@ class Run:
         return BadValueError(self.source, f"row {number}, column {column}", problem)
 
     def check_rates(self, limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
-        """Checks joint speeds against ``limits``, (n,), [rad/s]; ``ranges`` are the angle limits, (2, n), [rad].
+        """Checks joint speeds against ``limits``, (n,), [rad/s].
+
+        ``ranges`` are the angle limits, (2, n), [rad].
 
         Raises:
             BadValueError: A joint turns too fast.
@@ -309,7 +315,7 @@ class Run:
 
 
 def resample(times: Array, recorded: Array, values: Array) -> Array:
-    """Interpolates values, shape (N, columns), from the times at which they were recorded to others."""
+    """Interpolates values, (N, columns), from recorded times to other times."""
     return np.column_stack([np.interp(times, recorded, column) for column in values.T])
 
 

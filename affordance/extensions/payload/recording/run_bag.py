@@ -1,4 +1,4 @@
-"""Reader of ROS bags: joint states, and wrenches of a wrist sensor, as a table.
+"""Reads joint states and wrist wrenches from ROS bags, as a table.
 
 It needs rosbags (the extra [bags]), but no ROS. Messages are decoded with ROS's own definitions, because definitions
 from the bag would become code that is executed.
@@ -25,7 +25,9 @@ type _Read = Callable[[str, str], Iterator[tuple[float, Any]]]
 
 
 def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> pd.DataFrame:
-    """Reads the joint states of a bag (a folder, or a .mcap, .db3 or .bag file), and wrenches at their times.
+    """Reads joint states and simultaneous wrenches from a bag.
+
+    A bag is a folder, or a .mcap, .db3 or .bag file.
 
     Args:
         path: Bag.
@@ -74,7 +76,10 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
 
 
 def _choose_topic(path: Path, connections: Any, topic: str, kind: str) -> str:
-    """Returns the named topic if its messages are of a kind, or the only such topic if none is named."""
+    """Chooses the named topic, or the only topic of a kind.
+
+    The messages must be of this kind.
+    """
     of_kind: list[str] = sorted({each.topic for each in connections if each.msgtype == kind})
     if not topic and len(of_kind) == 1:
         return of_kind[0]
@@ -85,7 +90,7 @@ def _choose_topic(path: Path, connections: Any, topic: str, kind: str) -> str:
 
 
 def _collect(path: Path, read: _Read, topic: str, wrench_topic: str, *, is_current: bool) -> pd.DataFrame:
-    """Collects times, the positions, velocities and efforts that were sent, and wrenches at these times.
+    """Collects times, positions, velocities, efforts, and wrenches at these times.
 
     Messages may list the joints of the first message in another order.
     """

@@ -81,7 +81,10 @@ COLUMN_MAPS = {
 
 
 def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None]:
-    """Returns our name of each column of a table, such as q_1; None for unused columns."""
+    """Returns our name of each table column, such as q_1.
+
+    Unused columns are None.
+    """
     found: list[tuple[str, int | None] | None] = []
     for name in names:
         matches = ((ours, re.fullmatch(pattern, name.strip())) for ours, pattern in column_map.patterns.items())
@@ -113,7 +116,7 @@ def build_column_map(own: Mapping[str, str | tuple[str, ...]]) -> ColumnMap:
 
 @dataclass(frozen=True)
 class _Word(Constraint):
-    """Constraint on a text: one of several words, each of which has a value."""
+    """Constraint on a text: one of several words, each with a value."""
 
     choices: Mapping[str, Any]
 
@@ -129,7 +132,7 @@ class _Word(Constraint):
 
 
 def _describe(meaning: str, default: Any) -> Any:
-    """Declares the meaning of a key, and its default as written in a file."""
+    """Declares a key's meaning, and its default as in a file."""
     return Field(description=meaning, json_schema_extra={"default": default})
 
 

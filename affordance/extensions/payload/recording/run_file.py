@@ -1,4 +1,4 @@
-"""Reader of a run: a table, and the small YAML file next to it that describes the table (see ``run_entry``)."""
+"""Reads a run from a table and the YAML file that describes it (see ``run_entry``)."""
 
 import itertools
 import re
@@ -95,7 +95,10 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
 
 
 def _list_parts(description: Path, names: Sequence[str]) -> list[Path]:
-    """Lists the files that a description names as parts of a recording, which must be in its own folder."""
+    """Lists the files that a description names as parts of a recording.
+
+    They must be in its own folder.
+    """
     parts = [description.parent / name for name in names]
     for i, (name, part) in enumerate(zip(names, parts, strict=True)):
         if Path(name).name != name or not part.exists():
@@ -105,7 +108,7 @@ def _list_parts(description: Path, names: Sequence[str]) -> list[Path]:
 
 
 def _join_tables(parts: Sequence[Path], tables: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Joins the tables of all parts; rows are numbered continuously."""
+    """Joins the tables of all parts. Rows are numbered continuously."""
     first, *others = tables
     for part, table in zip(parts[1:], others, strict=True):
         if list(table.columns) != list(first.columns) or table.attrs != first.attrs:
@@ -122,7 +125,10 @@ def _join_tables(parts: Sequence[Path], tables: Sequence[pd.DataFrame]) -> pd.Da
 
 
 def _check_clock(parts: Sequence[Path], times: Sequence[Array]) -> None:
-    """Checks that each part begins after the previous one ends, by their times, (N,) each."""
+    """Checks that each part begins after the previous part ends.
+
+    Times are (N,) each.
+    """
     for (before, earlier), (part, later) in itertools.pairwise(zip(parts, times, strict=True)):
         if len(earlier) and len(later) and not later[0] > earlier[-1]:
             problem = f"begins at {later[0]:.6f}, must be later than the end of {before.name}, {earlier[-1]:.6f}"
@@ -179,14 +185,17 @@ def _find_columns(path: Path, description_file: Path, table: pd.DataFrame, entry
 def _are_postures(
     table: pd.DataFrame, columns: Mapping[str, int], angles: Sequence[str], names: Sequence[str], entry: RunEntry
 ) -> bool:
-    """Returns whether a table without times has one row per posture."""
+    """Returns True if a table without times has one row per posture."""
     if entry.postures is False or any(_TIME.search(name) for name in names) or "v_1" in columns:
         return False
     return _looks_held(entry.units.q * table.to_numpy()[:, [columns[name] for name in angles]])
 
 
 def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
-    """Suggests how the description can name the log's own columns, using the names that fit best, if any."""
+    """Suggests how the description can name the log's own columns.
+
+    It uses the best-fitting names, if any.
+    """
     if missing == "time":
         likely = [name for name in names if _TIME.search(name)]
         if not likely:
@@ -199,7 +208,7 @@ def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
 
 
 def _describe_missing_signal(kind: SignalKind, columns: Mapping[str, int], num: int) -> str:
-    """Describes the missing columns of the signal, and which other signal would fit the table."""
+    """Describes the signal's missing columns, and another signal that would fit."""
     name = "current" if kind is SignalKind.CURRENT else "tau"
     wanted = ", ".join(WRENCH_COLUMNS) if kind is SignalKind.WRENCH else f"{name}_1 to {name}_{num}"
     fitting = {"tau_1": "joint_torque or signal: motor_torque", "current_1": "current", "fx": "wrench"}
@@ -287,5 +296,8 @@ def _build_postures(path: Path, table: pd.DataFrame, description: RunDescription
 
 
 def _looks_held(q: Array) -> bool:
-    """Returns whether the rows of a table without times are separate postures, most of them far apart."""
+    """Returns True if rows of a table without times are separate postures.
+
+    Most of them must be far apart.
+    """
     return len(q) >= FEWEST_POSTURES and bool(np.median(np.abs(np.diff(q, axis=0)).max(axis=1)) > _APART)

@@ -1,6 +1,7 @@
-"""Tables of recordings: text with one row per sample (CSV), NumPy's .npz, Parquet, and LeRobot folders.
+"""Reads tables of recordings: CSV, NumPy's .npz, Parquet, and LeRobot folders.
 
-Each format is read by its own library into a data frame of numbers, whose index is the row of the file, from 1.
+Text has one row per sample. Each format's own library reads it into a data frame of numbers, whose index is the row
+of the file, from 1.
 """
 
 import zipfile
@@ -22,7 +23,9 @@ _EFFORTS = ("effort", "torque", "current", "force", "wrench")
 
 
 def read_text(path: Path, skipped: int = 0) -> pd.DataFrame:
-    """Reads rows of numbers below a number of skipped rows; names of columns are empty if there is no header line.
+    """Reads rows of numbers below a number of skipped rows.
+
+    Names of columns are empty without a header line.
 
     Raises:
         BadValueError: The file cannot be read, or a row is incomplete or not of numbers; the message names it.
@@ -32,7 +35,9 @@ def read_text(path: Path, skipped: int = 0) -> pd.DataFrame:
 
 
 def read_arrays(path: Path) -> pd.DataFrame:
-    """Reads a .npz or .parquet file; the columns of a matrix become NAME_1, NAME_2 and so on.
+    """Reads a .npz or .parquet file.
+
+    The columns of a matrix become NAME_1, NAME_2 and so on.
 
     Raises:
         BadValueError: The file is not a table of numbers, or unpacks to more than the largest size of a recording.
@@ -74,7 +79,7 @@ def build_frame(columns: Mapping[str, Array]) -> pd.DataFrame:
 
 
 def is_lerobot(path: Path) -> bool:
-    """Returns whether a folder is a LeRobot data set."""
+    """Returns True if a folder is a LeRobot data set."""
     return (path / "meta" / "info.json").is_file()
 
 
@@ -98,10 +103,10 @@ def read_lerobot(path: Path) -> pd.DataFrame:
 
 
 def check_unpacked(path: Path, size: float) -> None:
-    """Checks the size of what a file unpacks to, [bytes].
+    """Checks the size of a file's unpacked contents, [bytes].
 
     Raises:
-        BadValueError: It is more than the largest size of a recording.
+        BadValueError: The size is more than the largest size of a recording.
     """
     if size > bounded.RECORDING:
         problem = f"unpacks to {size / 1e6:.3g} MB, must be at most {bounded.RECORDING / 1e6:g} MB"

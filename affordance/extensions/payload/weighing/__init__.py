@@ -1,1 +1,1 @@
-"""Loads on a force-torque sensor, weighed from poses without a robot's file; nothing here imports Drake."""
+"""Weighs loads on a force-torque sensor from poses, without a robot's file or Drake."""

@@ -1,4 +1,7 @@
-"""Bayesian linear regression with an unknown error variance and an unknown spread of some coefficients."""
+"""Bayesian linear regression with unknown error variance and coefficient spread.
+
+The spread concerns some of the coefficients.
+"""
 
 from typing import NamedTuple
 
@@ -13,7 +16,10 @@ _STEP = float(np.log(_RELATIVE[1] / _RELATIVE[0]))
 
 
 class Regression(NamedTuple):
-    """Posterior of the coefficients: a mixture of normals over a grid of spreads and error SDs, C cells in all."""
+    """Posterior of the coefficients: a mixture of normals over C grid cells.
+
+    The grid has spreads and error SDs.
+    """
 
     log_evidence: float
     weights: Array  # probabilities of the cells, shape (C,)
@@ -41,14 +47,14 @@ class Regression(NamedTuple):
 
 
 def regress(X: Array, y: Array, sds: Array) -> Regression:
-    """Fits y = X b + e by Bayes, with errors e of unknown variance.
+    """Fits y = X b + e by Bayes' rule, with errors e of unknown variance.
 
     The SD of the errors has Jeffreys's prior, and the coefficients are normal about zero. For one spread this is
     Student's t; the spreads are equally probable.
 
     Args:
         X: Columns, shape (n, k).
-        y: What was measured, shape (n,).
+        y: Measurements, shape (n,).
         sds: Prior SDs of the coefficients for each spread, shape (S, k).
     """
     size = np.sqrt(y @ y / len(y)) + np.finfo(float).tiny

@@ -1,4 +1,4 @@
-"""Poses of a force-torque sensor, read from a table: its orientation, and the wrench that it shows at rest.
+"""Reads poses of a force-torque sensor from a table: orientations and wrenches at rest.
 
 Frames: B is the base, in which the direction of gravity is known; S is the sensor.
 """
@@ -41,7 +41,7 @@ _ROUNDING = 0.02  # largest error of the length of a quaternion or of a matrix's
 
 
 class Poses(NamedTuple):
-    """Poses in which a sensor was held at rest; each is the mean of its rows."""
+    """Poses of a sensor at rest, each the mean of its rows."""
 
     source: str  # name of the table
     form: str  # form of the orientation, a key of ``FORMS``
@@ -54,13 +54,13 @@ class Poses(NamedTuple):
 
 
 def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.0, -1.0)) -> Poses:
-    """Reads poses of a force-torque sensor and its wrenches from a table.
+    """Reads a force-torque sensor's poses and wrenches from a table.
 
     Successive rows whose orientations are within two degrees are one pose, or rows with the same number in a column
     ``pose``. Short stays between long ones are left out.
 
     Args:
-        path: CSV with columns ``fx fy fz tx ty tz``, [N] and [N m], and those of one form of orientation.
+        path: CSV with columns ``fx fy fz tx ty tz``, [N] and [N m], and the columns of one form of orientation.
         form: Form to use if the table has several, a key of ``FORMS``; empty for the only one.
         down_B: Direction in which gravity pulls, in the base, shape (3,).
 
@@ -113,7 +113,10 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
 
 
 def _shorten(name: str) -> str:
-    """Returns our name of a column: "wrench.force.x" is fx, "Mx [Nm]" tx, and "Roll (deg)" roll_deg."""
+    """Returns our name of a column.
+
+    Examples: "wrench.force.x" is fx, "Mx [Nm]" tx, and "Roll (deg)" roll_deg.
+    """
     name = re.sub(r"\s*[\[(](deg|°).*", "_deg", name.strip().lower())
     name = re.sub(r"\s*[\[(].*", "", name)  # another unit
     name = re.sub("^m(?=[xyz]$)", "t", name)
@@ -135,7 +138,7 @@ def _choose_form(path: Path, form: str, columns: Mapping[str, Array]) -> str:
 
 
 def _refuse(path: Path, table: TextTable, name: str, is_bad: Mask, problem: str) -> None:
-    """Raises a BadValueError that names the first bad row, if any."""
+    """Rejects bad rows. The BadValueError names the first one."""
     if is_bad.any():
         raise BadValueError(path, f"row {table.rows[int(np.argmax(is_bad))]}, column {name}", problem)
 
@@ -162,7 +165,10 @@ def _build_rotations(path: Path, table: TextTable, form: str, values: Array) -> 
 
 
 def _find_stays(marks: Array, numbers: Array | None) -> tuple[Array, Array]:
-    """Finds first rows and ends of successive rows that are one pose, (K,) each."""
+    """Finds first rows and ends of poses, (K,) each.
+
+    A pose is a series of successive rows.
+    """
     if numbers is not None:
         starts = [0, *(np.flatnonzero(np.diff(numbers)) + 1)]
     else:

@@ -1,6 +1,6 @@
-"""Mass and centre of mass of what a force-torque sensor bears, from poses at rest, without a robot's file.
+"""Computes mass and centre of mass of a load on a force-torque sensor, from poses at rest.
 
-Axes of the wrench, its sign and the sense of the orientations are chosen by evidence.
+No robot file is needed. Axes of the wrench, its sign and the sense of the orientations are chosen by evidence.
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ _HELPS = 0.95  # a next pose that leaves a larger share of all SDs is not worth 
 
 
 class Weighing(NamedTuple):
-    """Load on a force-torque sensor: posterior, how the table was read, doubts."""
+    """Load on a force-torque sensor: posterior, reading of the table, and doubts."""
 
     poses: Poses
     axes: str  # axes of the wrench, "sensor" or "base"
@@ -52,12 +52,15 @@ class Weighing(NamedTuple):
 
     @property
     def parameters(self) -> Array:
-        """Samples of mass and first moment m, m c, shape (S, 4), [kg], [kg m]."""
+        """Samples of mass and first moment m, m c, (S, 4), [kg], [kg m]."""
         return np.column_stack([self.samples[:, 0], self.samples[:, :1] * self.samples[:, 1:4]])
 
     @property
     def centre_of_mass(self) -> Array:
-        """Centre of mass in the sensor's axes: the mean first moment over the mean mass, shape (3,), [m]."""
+        """Centre of mass in the sensor's axes, shape (3,), [m].
+
+        It is the mean first moment over the mean mass.
+        """
         mean = self.parameters.mean(axis=0)
         return np.asarray(mean[1:] / mean[0])
 
@@ -68,12 +71,15 @@ class Weighing(NamedTuple):
 
     @property
     def intervals(self) -> Array:
-        """Ends low50, high50, low90, high90 of the intervals of mass, centre and offsets, shape (10, 4)."""
+        """Ends of the intervals of mass, centre and offsets, shape (10, 4).
+
+        They are low50, high50, low90 and high90.
+        """
         return np.quantile(self.samples, [0.25, 0.75, 0.05, 0.95], axis=0).T
 
     @property
     def is_light(self) -> bool:
-        """True if little or nothing is borne: the mass is known to be small, but not how small."""
+        """True if the mass is known to be small, but not how small."""
         is_small = self.intervals[0, 3] < _LIGHT and self.residual[:3].max() < _LIGHT * GRAVITY
         return bool(is_small and self.sd[0] > _SEEN_MASS * self.mass)
 
@@ -89,7 +95,7 @@ class Weighing(NamedTuple):
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """Parameters that the poses do not show, with the remedy, a sentence each."""
+        """Parameters that the poses do not show, with the remedy, one sentence each."""
         axes = ", ".join(name for name, sd in zip("xyz", self.sd[1:4], strict=True) if sd > _SEEN_CENTRE)
         return (f"the centre of mass along {axes}: tilt the sensor about two axes",) if axes else ()
 
@@ -132,12 +138,12 @@ class Weighing(NamedTuple):
 def weigh(
     poses: Poses, *, axes: str = "", force_on: str = "", down_B: Sequence[float] = (0.0, 0.0, -1.0), seed: int = 0
 ) -> Weighing:
-    """Weighs what a force-torque sensor bears in poses at rest.
+    """Weighs the load on a force-torque sensor in poses at rest.
 
     Args:
         poses: Poses from ``read_poses``.
         axes: Axes of the wrench, "sensor" or "base"; empty to find them by evidence.
-        force_on: What the wrench acts on, "robot" or "object"; empty to find it by evidence.
+        force_on: Body on which the wrench acts, "robot" or "object"; empty to find it by evidence.
         down_B: Direction in which gravity pulls, in the base, shape (3,).
         seed: Seed of the samples.
     """
@@ -184,7 +190,7 @@ def weigh(
 
 
 def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: str) -> tuple[list[str], list[str]]:
-    """Compares ways to read the table; returns doubts and notes."""
+    """Compares ways to read the table. Returns doubts and notes."""
     if len(ways) == 1:
         return [], []
     doubts, notes, way = [], [], ways[best]
@@ -207,13 +213,19 @@ def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: 
 
 
 def _advise(weighing: Weighing, forces: Regression, torques: Regression) -> str:
-    """Finds the direction of gravity that would narrow mass and centre of mass most, in words."""
+    """Finds the most helpful direction of gravity, in words.
+
+    It narrows mass and centre of mass most.
+    """
     cells = [int(np.argmax(fit.weights)) for fit in (forces, torques)]
     mass, moment = forces.mean[0], torques.mean[:3]
     tried = [np.array(each, dtype=float) for each in np.ndindex(3, 3, 3) if each != (1, 1, 1)]
 
     def predict(down: Array | None) -> tuple[float, float]:
-        """Predicts the SDs of mass, [kg], and centre of mass along its least known axis, [m], with one more pose."""
+        """Predicts the SDs of mass, [kg], and centre of mass, [m], with one more pose.
+
+        The centre's SD is along its least known axis.
+        """
         covariances = []
         for kind, (fit, c) in enumerate(zip((forces, torques), cells, strict=True)):
             A = fit.precisions[c]

@@ -1,4 +1,7 @@
-"""Reasons to doubt a weighing: what explains the wrenches much better than a load, gains and constant offsets."""
+"""Finds reasons to doubt a weighing.
+
+Other causes may explain the wrenches much better than a load, gains and constant offsets.
+"""
 
 import itertools
 from collections.abc import Callable
@@ -30,7 +33,10 @@ _SURE = 3.0  # SDs of such a difference at which it is certain
 
 
 def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
-    """Finds what explains the wrenches much better than a load, gains and offsets; a sentence each."""
+    """Finds much better explanations of the wrenches than a load, gains and offsets.
+
+    Each is a sentence.
+    """
     wrong = check_torques(model) or _find_unexplained(poses, model, fits)
     doubts = [*_compare_gains(fits), *wrong, *_check_lengths(poses)]
     plain, num = sum_evidence(fits), len(poses.counts)
@@ -38,7 +44,7 @@ def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regres
     axes = np.tile(np.eye(3), (num, 1, 1))
 
     def vary(course: Array) -> float:
-        """Returns the log evidence of offsets that follow a course, (N,)."""
+        """Computes the log evidence of offsets that follow a course, (N,)."""
         column = (course[:, None, None] * axes).reshape(-1, 3)
         return sum_evidence(model.fit([(column, np.full(3, size)) for size in sizes]))
 
@@ -64,7 +70,10 @@ def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regres
 
 
 def check_torques(model: WrenchModel) -> list[str]:
-    """Finds torques that vary more than any load's, as those in another unit or of exchanged columns do."""
+    """Finds torques that vary more than any load's.
+
+    Causes are another unit or exchanged columns.
+    """
     force, torque = (float(each.reshape(-1, 3).var(axis=0).sum()) for each in model.signals)
     lever = np.sqrt(torque / max(force, _NOISE**2))
     said = f"torques vary as those of a load {lever:.0f} m away: their unit or columns are wrong"
@@ -88,7 +97,10 @@ def _compare_gains(fits: tuple[Regression, Regression]) -> list[str]:
 
 
 def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
-    """Finds wrenches that do not follow gravity, or do so with columns exchanged or of the wrong sign."""
+    """Finds wrenches that do not follow gravity, or only after a correction.
+
+    Columns may be exchanged or of the wrong sign.
+    """
     gravity = GRAVITY * poses.down_S[:, :, None]
     levers = np.stack([np.cross(axis, gravity[..., 0]) for axis in np.eye(3)], axis=2)
     kinds = (("fx, fy, fz follow gravity", gravity), ("tx, ty, tz follow a load's", levers))
@@ -114,14 +126,20 @@ def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, 
 
 
 def _check_lengths(poses: Poses) -> list[str]:
-    """Compares the lengths of an accelerometer's readings, which at rest are the same."""
+    """Compares the lengths of an accelerometer's readings.
+
+    At rest they are equal.
+    """
     if not len(poses.lengths) or (spread := np.ptp(poses.lengths) / poses.lengths.mean()) <= _LENGTH_SPREAD:
         return []
     return [f"the accelerometer's readings differ in length by {100.0 * spread:.0f} %: it has offsets, or it moved"]
 
 
 def _describe_turn(M: Array) -> str:
-    """Describes forces that are M, (3, 3), times those of the load, if they are turned; empty if they are not."""
+    """Describes forces that are M, (3, 3), times the load's forces.
+
+    Empty unless they are turned.
+    """
     turn = Rotation.align_vectors(M.T, np.eye(3))[0].as_rotvec()
     angle = float(np.degrees(np.linalg.norm(turn)))
     if angle < _ANGLE:

@@ -1,8 +1,10 @@
-"""Force and torque of a load at rest, as two linear regressions on mass and first moment.
+"""Models force and torque of a resting load by two linear regressions.
+
+The unknowns are mass and first moment.
 
     f = m g_S + offset + error,    t = c x m g_S + offset + error,    g_S gravity in the sensor's axes
 
-A gain of each axis multiplies what the load causes.
+Each axis has a gain that multiplies the load's contribution.
 """
 
 from collections.abc import Sequence
@@ -29,14 +31,14 @@ class Interpretation(NamedTuple):
 
     Attributes:
         axes: Axes of the wrench, "sensor" or "base".
-        is_inverted: True if the orientations are those of the base in the sensor's axes.
+        is_inverted: True if the table has orientations of the base in the sensor's axes.
     """
 
     axes: str = "sensor"
     is_inverted: bool = False
 
     def apply(self, poses: Poses, down_B: Array) -> tuple[Array, Array]:
-        """Returns gravity, (N, 3), [m/s^2], and the wrench, (N, 6), both in the sensor's axes."""
+        """Computes gravity, (N, 3), [m/s^2], and the wrench, (N, 6), in the sensor's axes."""
         if poses.R_BS is None:
             return GRAVITY * poses.down_S, poses.wrench
         R_BS = poses.R_BS.transpose(0, 2, 1) if self.is_inverted else poses.R_BS
@@ -46,7 +48,10 @@ class Interpretation(NamedTuple):
 
 
 class WrenchModel(NamedTuple):
-    """Columns of force and torque on mass or first moment, the axes' gains, and offsets; gains follow a first fit."""
+    """Columns of force and torque on mass or first moment, gains, and offsets.
+
+    Gains follow a first fit.
+    """
 
     columns: tuple[Array, Array]  # shapes (3 N, 7) and (3 N, 9)
     signals: tuple[Array, Array]  # (3 N,) each
@@ -65,7 +70,10 @@ class WrenchModel(NamedTuple):
 
 
 def build_model(gravity: Array, wrench: Array) -> WrenchModel:
-    """Builds the regressions of wrenches, (N, 6), on gravity in the sensor's axes, (N, 3), [m/s^2]."""
+    """Builds the regressions of wrenches, (N, 6), on gravity, (N, 3), [m/s^2].
+
+    Gravity is in the sensor's axes.
+    """
     offset = np.tile(np.eye(3), (len(gravity), 1))
     basis = np.stack([np.cross(axis, gravity) for axis in np.eye(3)], axis=2).reshape(-1, 3)
     signals = wrench[:, :3].ravel(), wrench[:, 3:].ravel()
@@ -92,6 +100,9 @@ def sum_evidence(fits: tuple[Regression, Regression]) -> float:
 
 
 def compute_residual(model: WrenchModel, fits: tuple[Regression, Regression]) -> Array:
-    """Computes what mass, first moment, gains and offsets leave, shape (N, 6)."""
+    """Computes the residual of wrenches, shape (N, 6).
+
+    Mass, first moment, gains and offsets are subtracted.
+    """
     parts = [(y - X @ fit.mean).reshape(-1, 3) for X, y, fit in zip(model.columns, model.signals, fits, strict=True)]
     return np.concatenate(parts, axis=1)
