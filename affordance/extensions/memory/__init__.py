@@ -1,1 +1,1 @@
-"""Lasting memory of what robots have held, in an SQLite file."""
+"""Lasting memory of objects that robots have held, in an SQLite file."""

@@ -1,12 +1,12 @@
-"""Ledger of evidence: one record per trial in which a robot felt an object, and the beliefs that follow.
+"""Ledger of evidence with one record per trial, and the resulting beliefs.
 
 Trials are added and never changed. Beliefs are recomputed from them in the order of their times, regardless of the
-order in which they were added: a learner learns from one after the other, and one with a density for each colour
+order in which they were added. A learner learns from one trial after the other; with one density per colour, it
 computes its belief only at the end.
 
-The ledger is an SQLite file. A file with any other table, index, trigger or view than those that this program writes
-is refused, so a stranger's file cannot make SQLite calculate anything. Nothing derived is stored, except columns for
-searching, which SQLite computes from the record itself.
+The ledger is an SQLite file. A file with a foreign table, index, trigger or view is rejected, so a stranger's file
+cannot make SQLite calculate anything. Nothing derived is stored, except columns for searching, which SQLite computes
+from the record itself.
 """
 
 import json
@@ -95,7 +95,9 @@ class Selection(NamedTuple):
     trial: str = ""
 
     def narrow(self) -> tuple[str, list[str]]:
-        """Builds the SQL condition for the selection, empty if all trials are selected, and its values.
+        """Builds the SQL condition of the selection, and its values.
+
+        It is empty if all trials are selected.
 
         Raises:
             BadArgumentError: A time is invalid, or the id of a trial is too short.
@@ -119,7 +121,10 @@ ALL = Selection()
 
 
 class Appended(NamedTuple):
-    """Numbers of new trials, and of stored records replaced by an earlier record of the same recording."""
+    """Numbers of new trials, and of records replaced by an earlier one.
+
+    The earlier record is of the same recording.
+    """
 
     new: int
     replaced: int
@@ -127,7 +132,7 @@ class Appended(NamedTuple):
 
 @dataclass
 class FeltThing:
-    """Thing that was felt: its geometry in the first trial, and where what is known of it comes from."""
+    """Felt thing with its geometry in the first trial, and its sources."""
 
     geometry: Geometry  # with one column for each of its densities
     since: str  # time of the first trial
@@ -136,21 +141,21 @@ class FeltThing:
     robots: set[str] = field(default_factory=set)
 
     def add(self, trial: TrialEvidence) -> None:
-        """Adds a trial with the thing."""
+        """Adds a trial of the thing."""
         self.trials += 1
         self.names[trial.object_name] = None
         self.robots.add(trial.robot)
 
 
 class Experience(NamedTuple):
-    """Memory that learned from all trials, and whence each of its things comes, in the order of their numbers."""
+    """Memory after all trials, with the sources of each thing in order."""
 
     memory: MaterialMemory
     things: tuple[FeltThing, ...]
 
 
 class Ledger:
-    """Lasting memory of evidence about objects that robots have felt; see ``open_memory``.
+    """Lasting memory of evidence about felt objects; see ``open_memory``.
 
     Example:
         >>> from affordance import MODELS, Selection, TrialRunner, load_tools, open_memory
@@ -207,8 +212,7 @@ class Ledger:
     def append(self, trials: Sequence[TrialEvidence]) -> int:
         """Adds all trials or, if one is invalid, none.
 
-        A trial that the ledger already has is skipped, unless the new record of it is the earlier one, which replaces
-        the stored record.
+        A trial that the ledger already has is skipped. If its new record is earlier, it replaces the stored record.
 
         Args:
             trials: Evidence of the trials, in any order.
@@ -222,7 +226,10 @@ class Ledger:
         return self.add(trials).new
 
     def add(self, trials: Sequence[TrialEvidence]) -> Appended:
-        """Adds trials like ``append``; returns the numbers of new trials and of replaced records."""
+        """Adds trials like ``append``.
+
+        Returns the numbers of new trials and of replaced records.
+        """
         for i, trial in enumerate(check_kind("trials", trials, Sequence, "a list of TrialEvidence")):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
         records = (json.dumps(trial.to_dict()) for trial in sorted(trials, key=lambda each: each.time + each.digest))
@@ -233,7 +240,7 @@ class Ledger:
             return Appended(new, self._connection.total_changes - changes - new)
 
     def recall(self, learner: Learner | str = "density", prior: Prior = Prior(), *, seed: Seed = 0) -> MaterialMemory:
-        """Computes what a learner believes after all trials, with the colours that ``join`` names as one.
+        """Computes a learner's belief after all trials, with joined colours as one.
 
         Args:
             learner: Learner, or its name.
@@ -255,7 +262,7 @@ class Ledger:
         return memory
 
     def review(self, prior: Prior = Prior(), learner: Learner = DENSITY) -> Experience:
-        """Computes what a learner with one density for each colour believes, and whence what it knows comes."""
+        """Computes the belief of a learner with one density per colour, and its sources."""
         things: dict[int, FeltThing] = {}
 
         def describe(trial: TrialEvidence, seen: Seen, columns: Sequence[int]) -> Felt:
@@ -276,7 +283,9 @@ class Ledger:
             return Experience(start_memory(learner).remember(lifts, prior), tuple(things.values()))
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
-        """Lists the selected trials, or all, in the order of their times, with the colours that were seen.
+        """Lists the selected trials, or all, in the order of their times.
+
+        Colours are as seen.
 
         Raises:
             BadArgumentError: A time of the selection is invalid, or the id of a trial is too short.
@@ -285,7 +294,7 @@ class Ledger:
         return list(self._read(selection))
 
     def list_names(self) -> tuple[list[str], list[str]]:
-        """Lists the names of all robots and of all objects."""
+        """Lists the names of all robots, and of all objects."""
         with self._reads():
             robots, objects = (
                 [name for (name,) in self._connection.execute(f"SELECT DISTINCT {column} FROM trials ORDER BY 1")]
@@ -294,7 +303,7 @@ class Ledger:
             return robots, objects
 
     def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
-        """Counts a robot's trials whose arm is known and has none of the given fingerprints."""
+        """Counts a robot's trials with a known arm and none of the given fingerprints."""
         ours = ("", *fingerprints)
         with self._reads():
             condition = f" WHERE robot = ? AND fingerprint NOT IN ({','.join('?' * len(ours))})"
@@ -316,7 +325,9 @@ class Ledger:
             return int(self._connection.execute(f"DELETE FROM trials{condition}", values).rowcount)
 
     def join(self, pairs: Sequence[tuple[Colour, Colour]]) -> None:
-        """States which colours are the same, because two cameras see them differently; replaces earlier statements.
+        """Declares pairs of colours the same, because two cameras see them differently.
+
+        Earlier declarations are replaced.
 
         Records do not change: ``recall`` reads the second colour of each pair as the first. Merging copies trials
         only, as another memory may be of another camera.
@@ -343,7 +354,10 @@ class Ledger:
             self._connection.executemany("INSERT INTO joins VALUES (?, ?)", rows)
 
     def list_joins(self) -> list[tuple[str, str]]:
-        """Lists the colours that are read as another one, each with that other one, in hexadecimal."""
+        """Lists the joined colours in hexadecimal.
+
+        Each pair is a colour, and the colour as which it is read.
+        """
         with self._reads():
             rows = self._connection.execute("SELECT colour, meant FROM joins ORDER BY rowid").fetchall()
         if not all(is_colour(str(each)) for row in rows for each in row):
@@ -351,7 +365,7 @@ class Ledger:
         return rows
 
     def verify(self) -> list[str]:
-        """Checks the database and every record; returns one line per fault."""
+        """Checks the database and every record. Returns one line per fault."""
         with self._reads():
             (found,) = self._connection.execute("PRAGMA integrity_check(1)").fetchone()
         if found != "ok":
@@ -366,7 +380,10 @@ class Ledger:
 
     @contextmanager
     def blame(self, key: str = "") -> Iterator[None]:
-        """Converts numerical errors, from evidence that no densities fit, to a BadValueError with memory and key."""
+        """Converts numerical errors to a BadValueError with memory and key.
+
+        They arise from evidence that no densities fit.
+        """
         try:
             with np.errstate(over="raise", divide="raise", invalid="raise"):
                 yield
@@ -379,23 +396,26 @@ class Ledger:
         return int(self._connection.execute(f"SELECT count(*) FROM trials{condition}", values).fetchone()[0])
 
     def _read_records(self, selection: Selection = ALL) -> list[tuple[str, str]]:
-        """Reads the ids and records of the selected trials in the order of their times."""
+        """Reads ids and records of the selected trials in the order of their times."""
         condition, values = selection.narrow()
         with self._reads():
             query = f"SELECT id, content FROM trials{condition} ORDER BY time, id"
             return self._connection.execute(query, values).fetchall()
 
     def _read(self, selection: Selection = ALL) -> Iterator[TrialEvidence]:
-        """Reads the selected trials in the order of their times; an invalid record raises a BadValueError."""
+        """Reads the selected trials in the order of their times.
+
+        An invalid record raises a BadValueError.
+        """
         return (read_record(self.place, f"trial {key}", text) for key, text in self._read_records(selection))
 
     def _read_joined(self) -> Iterable[TrialEvidence]:
-        """Reads all trials, with the colours that were joined."""
+        """Reads all trials, with joined colours."""
         joins = {parse_colour(colour): parse_colour(meant) for colour, meant in self.list_joins()}
         return map(partial(_join_colours, joins), self._read()) if joins else self._read()
 
     def _set_up(self, *, create: bool) -> None:
-        """Creates the tables of a new database, and refuses any other tables.
+        """Creates the tables of a new database. Any other tables are rejected.
 
         The size is limited to what can be opened again.
         """
@@ -430,7 +450,9 @@ class Ledger:
 
     @contextmanager
     def _transact(self, *, writes: bool) -> Iterator[None]:
-        """Runs one transaction; if it fails, nothing is changed, and errors of the database raise a BadValueError.
+        """Runs one transaction.
+
+        A failure leaves the database unchanged, and its errors raise a BadValueError.
 
         A transaction that writes waits for other writers at its start, because it could not wait later.
         """
@@ -446,7 +468,7 @@ class Ledger:
 
     @contextmanager
     def _translate(self, what: str) -> Iterator[None]:
-        """Converts errors of the database to a BadValueError."""
+        """Converts database errors to a BadValueError."""
         try:
             yield
         except (sqlite3.Error, UnicodeDecodeError) as error:
@@ -454,7 +476,7 @@ class Ledger:
 
 
 def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
-    """Opens a lasting memory: the ledger of evidence about objects that robots have felt.
+    """Opens a lasting memory, which is a ledger of evidence about felt objects.
 
     Args:
         place: Path of an SQLite file.
@@ -477,20 +499,20 @@ def has_memory(place: str | Path) -> bool:
 
 
 def export_trials(ledger: Ledger, path: Path) -> int:
-    """Writes the records of all trials to a file, one per line; returns their number."""
+    """Writes the records of all trials to a file, one per line. Returns their number."""
     lines = [json.dumps(trial.to_dict()) for trial in ledger.list_trials()]
     write_text(path, "".join(f"{line}\n" for line in lines))
     return len(lines)
 
 
 def import_trials(path: Path) -> list[TrialEvidence]:
-    """Reads a file that ``export_trials`` wrote; any other file raises a BadValueError."""
+    """Reads a file from ``export_trials``. Any other file raises a BadValueError."""
     lines = enumerate(read_text(path, LARGEST_FILE).split("\n"), 1)
     return [read_record(path, f"line {number}", line) for number, line in lines if line]
 
 
 def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior) -> MaterialMemory:
-    """Lets a learner, whose belief is in ``memory``, learn from trials one after the other."""
+    """Updates the learner in ``memory`` by trials, one after the other."""
     for trial in trials:
         recollection = memory.recall(trial.parts, prior)
         felt = trial.describe(gather(trial.geometry, recollection.columns))
@@ -499,7 +521,9 @@ def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior
 
 
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
-    """Counts a robot's trials with a different arm from its present one; 0 without a memory.
+    """Counts a robot's trials with an arm other than its present one.
+
+    It is 0 without a memory.
 
     ``recognise`` computes the fingerprint of its present arm; it is called only if there are trials.
     """
@@ -510,17 +534,26 @@ def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int
 
 
 def count_of(robot: ArmOwner, place: str | None) -> int:
-    """Counts the trials in a memory that a robot made with a different arm; 0 without a memory."""
+    """Counts a robot's trials with a different arm in a memory.
+
+    It is 0 without a memory.
+    """
     return count_past_arms(place or "", name_robot(robot.directives), lambda: robot.chain.fingerprint)
 
 
 def describe_past_arms(robot: str, number: int) -> str:
-    """Describes the number of trials with a different arm; empty if there are none."""
+    """Describes the number of trials with a different arm.
+
+    Empty without such trials.
+    """
     return f"{robot} had another arm in {number} of its trials, which still count for materials" if number else ""
 
 
 def _check_place(place: Path | str, *, create: bool) -> Path:
-    """Returns the path of a memory; refuses any other file, or one that does not exist and cannot be created."""
+    """Returns the path of a memory.
+
+    Any other file, or one that cannot be created, is rejected.
+    """
     if not isinstance(place, str | Path) or not str(place):
         raise BadArgumentError("place", "", f"is {place!r}, must be the path of an SQLite file")
     path = Path(place)
@@ -543,7 +576,7 @@ def _check_place(place: Path | str, *, create: bool) -> Path:
 
 
 def _join_colours(joins: dict[Colour, Colour], trial: TrialEvidence) -> TrialEvidence:
-    """Replaces the colours of a trial's parts by those that they mean."""
+    """Replaces the colours of a trial's parts by the joined colours."""
     colours = [*joins, *joins.values()]
 
     def translate(part: PartAppearance) -> PartAppearance:

@@ -1,4 +1,4 @@
-"""Evidence from simulated trials, and an observer who begins with a lasting memory and adds to it what is felt."""
+"""Evidence from simulated trials, and observers with a lasting memory."""
 
 import uuid
 from dataclasses import replace
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def describe_trial(record: TrialRecord) -> TrialEvidence | None:
     """Builds the evidence of a trial for a lasting memory.
 
-    It is None if nothing was felt, or if the noise model is the user's own.
+    Returns None if nothing was felt, or if the noise model is the user's own.
     """
     percept = record.percept
     if percept is None or type(percept.noise) not in FELT_MODELS.values():
@@ -48,7 +48,9 @@ def describe_trial(record: TrialRecord) -> TrialEvidence | None:
 
 
 def remember_in(setup: "Setup", place: Path | str) -> "Setup":
-    """Returns the setup of one observer who begins with a lasting memory, and adds to it what it feels.
+    """Returns the setup of an observer who begins with a lasting memory.
+
+    New trials are added to it.
 
     The number of remembered trials is added to the seed, so that no measurement error is drawn twice; beyond the
     largest seed, counting starts again at 0. The settings must not be changed afterwards, because the learner's
@@ -77,7 +79,10 @@ def remember_in(setup: "Setup", place: Path | str) -> "Setup":
 
 
 def _append(place: str, run: str, record: TrialRecord) -> None:
-    """Appends a trial if something was felt in it; raises a BadValueError if the file cannot be written."""
+    """Appends a trial if something was felt in it.
+
+    A file that cannot be written raises a BadValueError.
+    """
     if (evidence := describe_trial(record)) is not None:
         with open_memory(place) as ledger:
             ledger.append([evidence])

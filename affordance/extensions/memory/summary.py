@@ -20,7 +20,10 @@ _STEP = 1e-4
 
 
 class ExperienceSummary(NamedTuple):
-    """Experience behind a belief: number of trials, robots, and UTC time of the first trial, ISO 8601."""
+    """Experience behind a belief: trials, robots, and time of the first trial.
+
+    The time is UTC in ISO 8601.
+    """
 
     trials: int
     robots: tuple[str, ...]
@@ -28,7 +31,10 @@ class ExperienceSummary(NamedTuple):
 
 
 class KnownMaterial(NamedTuple):
-    """Belief about the mean density of a material: median and 90 % interval, [kg/m^3], and objects that show it."""
+    """Belief about a material's mean density, [kg/m^3], and the objects that show it.
+
+    It has median and 90 % interval.
+    """
 
     colour: Colour
     median: float
@@ -38,7 +44,10 @@ class KnownMaterial(NamedTuple):
 
 
 class KnownThing(NamedTuple):
-    """Belief about an object: mean and SD of its mass, [kg], and median density of each material, [kg/m^3]."""
+    """Belief about an object: mass, [kg], and densities, [kg/m^3].
+
+    The mass has mean and SD, each material its median density.
+    """
 
     name: str  # all names that trials give it; objects that look alike are one
     mass: float
@@ -48,7 +57,7 @@ class KnownThing(NamedTuple):
 
 
 class MemorySummary(NamedTuple):
-    """Materials and objects of a memory, in the order in which they were first met."""
+    """Materials and objects of a memory, in the order of their first trial."""
 
     materials: tuple[KnownMaterial, ...]
     things: tuple[KnownThing, ...]
@@ -57,7 +66,7 @@ class MemorySummary(NamedTuple):
 def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
     """Summarises a memory for a learner with one density per colour.
 
-    Arguments and errors are those of ``Ledger.recall``.
+    Arguments and errors are as in ``Ledger.recall``.
     """
     memory, things = ledger.review(prior)
     names = name_things(things)
@@ -75,7 +84,10 @@ def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
 
 
 def name_things(things: Sequence[FeltThing]) -> list[str]:
-    """Names each thing by all names that its trials have; a number tells apart things that have the same."""
+    """Names each thing by all names in its trials.
+
+    A number distinguishes things of the same name.
+    """
     names: list[str] = []
     for thing in things:
         joined = ", ".join(thing.names)
@@ -85,10 +97,10 @@ def name_things(things: Sequence[FeltThing]) -> list[str]:
 
 
 def _list_things(memory: MaterialMemory, things: Sequence[FeltThing], names: Sequence[str]) -> tuple[KnownThing, ...]:
-    """Summarises the things of which something was felt.
+    """Summarises the things that were felt.
 
-    The mass is that of the whole body: what was felt tells of the errors of geometry, too, such as of a part that was
-    not seen. Given the densities these errors are normal, with a mean that depends on the densities.
+    The mass is that of the whole body. Measurements also inform about errors of geometry, such as an unseen part.
+    Given the densities, these errors are normal with a mean that depends on the densities.
     """
     if not things:
         return ()

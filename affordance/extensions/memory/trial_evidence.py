@@ -1,4 +1,6 @@
-"""Evidence of one trial, observed features and measured torques without beliefs, and its record in JSON.
+"""Evidence of one trial, and its record in JSON.
+
+It has observed features and measured torques, but no beliefs.
 
 Frames: the object's parts are given in T, and its ten parameters are about the origin of T.
 """
@@ -45,13 +47,13 @@ _FIRST_YEAR = 1970
 
 
 class FeltModel(Protocol):
-    """Measurement model: what the features of a trial tell about an object's densities."""
+    """Measurement model, which converts a trial's features to evidence about densities."""
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of the feature vector."""
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Returns what the features tell about M densities; see ``NoiseModel``."""
+        """Converts the features to evidence about M densities; see ``NoiseModel``."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,10 @@ class PayloadQuadratic:
         return NUM_PARAMETERS * (NUM_PARAMETERS + 1)
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Returns what the quadratic tells; the log likelihood of the best-fitting parameters is zero."""
+        """Converts the quadratic to evidence.
+
+        The log likelihood of the best-fitting parameters is zero.
+        """
         of_body = unpack(features).restrict(np.eye(NUM_PARAMETERS))
         return Felt.from_quadratic(of_body, geometry.Phi, geometry.Phi_errors)
 
@@ -83,7 +88,10 @@ def unpack(features: Array) -> Quadratic:
 
 
 def gather(geometry: Geometry, columns: Sequence[int]) -> Geometry:
-    """Combines the columns of parts that share a density; ``columns`` is the index of each part's density."""
+    """Combines the columns of parts with a common density.
+
+    ``columns`` is the index of each part's density.
+    """
     selection = np.array(columns)[:, None] == np.arange(max(columns) + 1)
     return Geometry(geometry.Phi @ selection, geometry.Phi_errors @ selection)
 
@@ -176,9 +184,9 @@ class TrialEvidence:
         self._check_precision()
 
     def _check_precision(self) -> None:
-        """Raises a BadArgumentError unless the precision of the ten parameters is positive semidefinite.
+        """Checks that the precision of the ten parameters is positive semidefinite.
 
-        Weber noise has no other one.
+        Otherwise a BadArgumentError is raised. Weber noise has no other precision.
         """
         if isinstance(self.model, WeberNoise):
             return
@@ -197,13 +205,16 @@ class TrialEvidence:
 
     @cached_property
     def id(self) -> str:
-        """Digest by which a trial is counted only once: of the recording or, without one, of the features."""
+        """Digest of the recording or, without one, of the features.
+
+        It makes a trial count only once.
+        """
         digest = hashlib.sha256(self.source_hash.encode() or self._digest_content())
         return digest.hexdigest()[:24]
 
     @cached_property
     def digest(self) -> str:
-        """Digest of the whole record, which reveals any change of it."""
+        """Digest of the whole record, which detects any change."""
         content = self._list_content()
         arrays = [content.pop(name).tobytes() for name in _ARRAYS]
         return hashlib.sha256(b"".join(arrays) + json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
@@ -214,7 +225,7 @@ class TrialEvidence:
         return b"".join(each.tobytes() for each in arrays) + named.encode()
 
     def describe(self, geometry: Geometry) -> Felt:
-        """Returns what was felt of the M densities of a geometry."""
+        """Converts the measurements to evidence about a geometry's M densities."""
         return self.model.describe(self.features, self.num_samples, self.num_joints, geometry)
 
     def to_dict(self) -> dict[str, Any]:
@@ -245,7 +256,7 @@ PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "sour
 
 
 def _check_part(name: str, part: PartAppearance) -> PartAppearance:
-    """Checks a part's appearance, and returns it as plain numbers."""
+    """Checks a part's appearance. Returns it as plain numbers."""
     check_kind(name, part, PartAppearance)
     sizes = _check_bounded(f"{name}.sizes", part.sizes, (None,), *_SIZES, " m")
     if not len(sizes):
@@ -260,7 +271,7 @@ def _list_values(part: PartAppearance) -> dict[str, float | list[float]]:
 
 
 def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
-    """Checks a geometry, and returns a read-only copy."""
+    """Checks a geometry. Returns a read-only copy."""
     shape = (NUM_PARAMETERS, num_parts)
     Phi = _check_bounded("geometry.Phi", geometry.Phi, shape, -_MOMENT_MAX, _MOMENT_MAX)
     _check_bounded("geometry.Phi[0]", Phi[0], (num_parts,), _VOLUME_MIN, _MOMENT_MAX, " m^3")
@@ -271,7 +282,10 @@ def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
 def _check_bounded(
     name: str, values: ArrayLike, shape: Sequence[int | None], low: float, high: float, unit: str = ""
 ) -> Array:
-    """Checks that all numbers in an array are within bounds; returns a read-only copy."""
+    """Checks that all numbers in an array are within bounds.
+
+    Returns a read-only copy.
+    """
     array = check_array(name, values, shape).copy()
     for place in np.argwhere((array < low) | (array > high))[:1]:
         where = "".join(f"[{each}]" for each in place)
@@ -371,12 +385,17 @@ def read_record(path: Path, key: str, text: str) -> TrialEvidence:
 
 
 def show_time(moment: datetime) -> str:
-    """Formats a time in UTC, ISO 8601 with microseconds, so that strings sort by time."""
+    """Formats a time in UTC, ISO 8601 with microseconds.
+
+    Strings then sort by time.
+    """
     return moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
 
 
 def read_time(name: str, text: str) -> str:
-    """Parses a date or a time, in UTC unless it has an offset, and formats it like ``show_time``.
+    """Parses a date or time, and formats it like ``show_time``.
+
+    It is in UTC unless it has an offset.
 
     Raises:
         BadArgumentError: If it cannot be parsed, or is before the first allowed year.

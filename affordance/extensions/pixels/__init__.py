@@ -1,1 +1,1 @@
-"""Pictures of objects: rendered, detected and measured, in place of true features."""
+"""Pictures of objects, from which features are detected and measured."""

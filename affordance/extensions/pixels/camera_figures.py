@@ -22,7 +22,7 @@ _TITLE_WIDTH = 150  # [characters]
 
 
 class CameraView(NamedTuple):
-    """Observation of an object by the camera, with the detection, if any, and a remark about it."""
+    """Camera's observation of an object, with detection and remark, if any."""
 
     title: str
     picture: Picture
@@ -31,7 +31,7 @@ class CameraView(NamedTuple):
 
 
 def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.camera) -> Figure:
-    """Draws one row per observation: picture, depth, parts, and fitted outlines over the picture."""
+    """Plots one row per observation: picture, depth, parts, and outlines over the picture."""
     heights = [2.4, *[2.1] * (len(views) - 1)]  # the first row has the headings
     figure = Figure(figsize=(12.0, sum(heights)))
     rows = figure.subfigures(len(views), 1, squeeze=False, height_ratios=heights)[:, 0]
@@ -69,7 +69,9 @@ def _draw_camera_view(row: NDArray[np.object_], view: CameraView, camera: Camera
 
 
 def _find_window(view: CameraView) -> tuple[slice, slice]:
-    """Finds the rows and columns to show: a window around the object, or the whole picture without a detection.
+    """Finds a window of rows and columns around the object.
+
+    Without a detection it is the whole picture.
 
     The aspect ratio of the window is at least 4:3.
     """
@@ -88,7 +90,7 @@ def _find_window(view: CameraView) -> tuple[slice, slice]:
 
 
 def draw_calibration(*, errors: dict[str, Array], targets: Mapping[str, float], claimed: Array) -> Figure:
-    """Draws errors of detected features, and the calibration of their stated uncertainty.
+    """Plots errors of detected features, and the calibration of their uncertainty.
 
     Args:
         errors: Absolute relative errors, by feature.

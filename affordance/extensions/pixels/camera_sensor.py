@@ -1,8 +1,8 @@
-"""Camera over a stand: takes pictures of an object from one side, or from both by turning it over.
+"""Camera over a stand, which takes pictures of an object from one or two sides.
 
-Frame P is that of the presented object: the frame of its first grip, or T if it has no grip, with axes renamed so
-that Pz is normal to the plane in which the object lies flat. For the second view the object is turned over about Px.
-Its lowest point always touches the stand, and its pose is known because the hand puts it there.
+The presented object has frame P. This is the frame of its first grip, or T without one. Its axes are renamed so that
+Pz is normal to the plane in which the object lies flat. For the second view the object is turned over about Px. Its
+lowest point always touches the stand, and its pose is known because the hand puts it there.
 """
 
 import functools
@@ -35,7 +35,10 @@ UPRIGHT = (np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]), np.array([[0.0, 0, 1],
 
 
 class Photograph(NamedTuple):
-    """Picture of a presented object, with the camera's pose X_PC, (4, 4), and the stand's depth, [m]."""
+    """Picture of a presented object, with the camera's pose X_PC, (4, 4).
+
+    The stand's depth is in [m].
+    """
 
     picture: Picture
     X_PC: Array
@@ -43,16 +46,22 @@ class Photograph(NamedTuple):
 
 
 class CameraSensor:
-    """Camera for objects on a stand; keeps the noise-free pictures of the latest appearances."""
+    """Camera for objects on a stand.
+
+    It caches noise-free pictures of the latest appearances.
+    """
 
     def __init__(self, rig: Rig = DEFAULT_RIG) -> None:
-        """Creates a camera for a stand; it has the noise of a common camera until ``noise`` is set."""
+        """Creates a camera for a stand.
+
+        It has the noise of a common camera until ``noise`` is set.
+        """
         self.rig = rig
         self.noise = SensorNoise()
         self._renderings: dict[tuple[object, ...], Picture] = {}
 
     def render(self, tool: Tool, rig: Rig | None = None) -> Picture:
-        """Renders a noise-free picture of an object on this stand, or on another rig's stand if one is given."""
+        """Renders a noise-free picture of an object on this stand, or on another rig's."""
         rig = rig or self.rig
         key = (rig, *tool.appearance)
         if key not in self._renderings:
@@ -70,7 +79,7 @@ class CameraSensor:
         return self._take_pair(present(tool), self.rig, rng)
 
     def take_sides(self, tool: Tool, rng: np.random.Generator) -> tuple[tuple[Photograph, Photograph], ...]:
-        """Takes pictures of an object standing upright along each axis of ``UPRIGHT``, from both ends of that axis.
+        """Takes pictures of an upright object along each axis of ``UPRIGHT``, from both ends.
 
         The camera is raised by the object's height. Its poses are given in the rotated frame Q.
         """
@@ -93,17 +102,26 @@ class CameraSensor:
         )
 
     def detect_parts(self, picture: Picture) -> Detection:
-        """Detects the parts of the object in a picture; raises a SeeingError if there are none."""
+        """Detects the parts of the object in a picture.
+
+        Without parts a SeeingError is raised.
+        """
         return detect_parts(picture, self.rig, self.noise)
 
     def observe(self, tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-        """Measures an object's features from a new picture; raises a SeeingError if no part is detected."""
+        """Measures an object's features from a new picture.
+
+        Without parts a SeeingError is raised.
+        """
         detection = self.detect_parts(self.take_image(tool, rng))
         return detection.compute_features(self.rig.compute_camera_pose(tool))
 
 
 def find_presented_pose(tool: Tool) -> Array:
-    """Computes the pose X_TP, (4, 4), in which an object is presented: lying flat, with Pz along its least extent."""
+    """Finds the pose X_TP, (4, 4), in which an object is presented.
+
+    It lies flat, with Pz along its least extent.
+    """
     X_TP = np.array(tool.grips[0].X_TG) if tool.grips else np.eye(4)
     low, high = find_box(_move(tool, np.linalg.inv(X_TP)).components)
     extents = high - low
@@ -114,7 +132,10 @@ def find_presented_pose(tool: Tool) -> Array:
 
 
 def present(tool: Tool, R: Array | None = None) -> tuple[Tool, Tool]:
-    """Returns the object in frame P, first rotated by R, (3, 3), if given, and the same object turned over."""
+    """Returns the object in frame P, and the same object turned over.
+
+    A rotation R, (3, 3), comes first, if given.
+    """
     X = np.eye(4)
     X[:3, :3] = np.eye(3) if R is None else R
     presented = _move(tool, X @ np.linalg.inv(find_presented_pose(tool)))
@@ -126,7 +147,10 @@ def _move(tool: Tool, X: Array) -> Tool:
 
 
 def needs_turning(tool: Tool) -> bool:
-    """Returns True if an object has parts other than ellipsoids, for which one view is not enough."""
+    """Returns True if an object needs two views.
+
+    These are objects with parts other than ellipsoids.
+    """
     return not all(isinstance(part.shape, Ellipsoid) for part in tool.components)
 
 

@@ -1,8 +1,8 @@
-"""Builds a solid from columns between an object's surfaces seen from above and, turned over, from below.
+"""Builds a solid from columns between an object's surfaces in two opposite views.
 
-Frame P is that of the presented object, with Pz towards the camera in the first view. Both surfaces are sampled on
-the same grid of vertical columns. If the two ends of a column show different looks, each look gets half of the
-column. Open hollows that are visible from other sides are removed.
+The presented object has frame P, with Pz towards the camera in the first view. Both surfaces are sampled on the same
+grid of vertical columns. If the two ends of a column show different looks, each look gets half of the column. Open
+hollows that are visible from other sides are removed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -40,7 +40,9 @@ _WIDTH, _RIM = 0.01, 4e-3
 
 
 class View(NamedTuple):
-    """View of the object: its surface, the index of each pixel's look, and the camera with its pose X_PC, (4, 4).
+    """View of the object: surface, look of each pixel, and camera.
+
+    The camera has the pose X_PC, (4, 4).
 
     Labels have the surface's shape, (height, width), and are -1 for pixels without a look.
     """
@@ -60,14 +62,20 @@ class Sheet(NamedTuple):
 
 
 class Side(NamedTuple):
-    """Views along Qz and against it, with the cameras' poses in frame Q, and the rotation R_QP, (3, 3)."""
+    """Views along Qz in both directions, with the cameras' poses in frame Q.
+
+    The rotation R_QP is (3, 3).
+    """
 
     R_QP: Array
     views: tuple[View, View]
 
 
 def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
-    """Builds the solid of each look in P, keyed by the look's index, from two views from opposite sides."""
+    """Builds the solid of each look in P from two opposite views.
+
+    Keys are indices of looks.
+    """
     x, y, sheets = find_sheets([above, below])
     # The two views may disagree at the outline: a column that only one of them shows has half the area.
     share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
@@ -100,7 +108,7 @@ def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
 
 
 def _look_up(view: View, x: Array, y: Array) -> Sheet:
-    """Finds the pixel that shows the end of each column.
+    """Finds the pixel of each column's end.
 
     A point at (x, y) with depth z is seen at pixel f (x, y) / z; the depth at that pixel improves z, and so on.
     """
@@ -131,7 +139,10 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
 def collect_columns(
     x: Array, y: Array, *, share: Array, bottom: Array, top: Array, labels: Sequence[Labels]
 ) -> dict[int, ColumnSolid]:
-    """Collects the columns of each look; if a column has two looks, the first one gets its upper half."""
+    """Collects the columns of each look.
+
+    In a column with two looks, the first has the upper half.
+    """
     px, py = np.meshgrid(x, y)
     middle = 0.5 * (bottom + top)
     standing = (share > 0.0) & (top > bottom)
@@ -151,7 +162,10 @@ def collect_columns(
 
 
 class _Pieces(NamedTuple):
-    """Columns cut into N pieces: each piece's column, (N,), middle, (N, 3), and lower and upper end, (N, 2)."""
+    """Columns cut into N pieces.
+
+    A piece has column, (N,), middle, (N, 3), and lower and upper end, (N, 2).
+    """
 
     owner: NDArray[np.intp]
     middle: Array
@@ -159,7 +173,10 @@ class _Pieces(NamedTuple):
 
 
 def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int, ColumnSolid]:
-    """Removes open, wide hollows that other views show from the solids, given in P; never removes a whole solid."""
+    """Removes open, wide hollows, which other views show, from the solids.
+
+    Solids are in P, and never removed completely.
+    """
     pieces = {number: _cut(solid) for number, solid in solids.items()}
     points = np.concatenate([each.middle for each in pieces.values()])
     kept = np.ones(len(points), dtype=bool)
@@ -173,7 +190,10 @@ def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int,
 
 
 def _find_hollow(side: Side, points: Array) -> Mask:
-    """Finds which points of the solids, (N, 3) in P, are in a hollow that is open to one end of the side's axis."""
+    """Finds points of the solids, (N, 3) in P, in an open hollow.
+
+    It is open to one end of the side's axis.
+    """
     x, y, sheets = find_sheets(side.views)
     there = sheets[0].there | sheets[1].there
     p = side.R_QP @ points.T
@@ -210,7 +230,7 @@ def _cut(solid: ColumnSolid) -> _Pieces:
 
 
 def _join(solid: ColumnSolid, pieces: _Pieces, kept: Mask) -> ColumnSolid:
-    """Joins the pieces that are kept; adjacent pieces of a column become one column again."""
+    """Joins the remaining pieces. Adjacent pieces of a column become one column."""
     if kept.all() or not (kept & (np.diff(pieces.ends)[:, 0] > 0.0)).any():
         return solid
     joined = kept[1:] & kept[:-1] & (pieces.owner[1:] == pieces.owner[:-1])

@@ -1,4 +1,4 @@
-"""Fits an ellipsoid to its near half, which a camera sees, and estimates the fit's uncertainty.
+"""Fits an ellipsoid to its visible near half, with an estimate of uncertainty.
 
 An ellipsoid is given by its centre c and its shape matrix S = R diag(a^2) R^T, for semi-axes a: the points p with
 (p - c)^T A (p - c) = 1, A = S^-1. The picture determines it in two ways. Along the ray d of a pixel its depth t is
@@ -46,7 +46,10 @@ _LEAST_RATIO = 1e-6
 
 
 class UndeterminedError(Exception):
-    """Measurements that determine no ellipsoid; callers that have the picture raise a NoFitError instead."""
+    """Error for measurements that determine no ellipsoid.
+
+    Callers with the picture raise a NoFitError instead.
+    """
 
 
 class SeenEllipsoid(NamedTuple):
@@ -57,7 +60,7 @@ class SeenEllipsoid(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """Most probable ellipsoid, the covariance of the numbers of ``deform``, (9, 9), and the misfit.
+    """Most probable ellipsoid, covariance of ``deform``'s numbers, (9, 9), and misfit.
 
     The misfit is the mean square of the residuals in standard deviations, about 1 for an ellipsoid.
     """
@@ -68,7 +71,9 @@ class Fit(NamedTuple):
 
 
 class PartView(NamedTuple):
-    """Measurements of an ellipsoid in a picture: depth readings, (N,), [m], their pixels and outline, (N, 2), (K, 2).
+    """Measurements of an ellipsoid in a picture: depths, (N,), [m], pixels, and outline.
+
+    Pixels are (N, 2), the outline is (K, 2).
 
     Pixels and points of the outline are given as column and row.
     """
@@ -79,13 +84,16 @@ class PartView(NamedTuple):
 
 
 def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
-    """Moves and deforms an ellipsoid by d, [m], and E (xx, yy, zz, xy, xz, yz), together (9,)."""
+    """Moves and deforms an ellipsoid by d, [m], and E, together (9,).
+
+    E is (xx, yy, zz, xy, xz, yz).
+    """
     stretch = np.eye(3) + build_symmetric(numbers[3:9])
     return SeenEllipsoid(ellipsoid.centre + numbers[:3], stretch @ ellipsoid.shape_matrix @ stretch)
 
 
 def express_fit(fit: Fit, X_TC: Array) -> Fit:
-    """Expresses a fit in another frame T, given the pose X_TC of its frame C, (4, 4)."""
+    """Expresses a fit in another frame T, given the pose X_TC, (4, 4)."""
     R = X_TC[:3, :3]
     turn = np.zeros((NUM_NUMBERS, NUM_NUMBERS))
     turn[:3, :3] = R
@@ -99,8 +107,8 @@ def express_fit(fit: Fit, X_TC: Array) -> Fit:
 class Sighting(NamedTuple):
     """Intersections of N rays with an ellipsoid.
 
-    Depth, (N,), [m], and points, (N, 3), [m], are those of the near side; for a ray outside the outline, those of the
-    ray's point closest to the ellipsoid. Normals A (p - c), (N, 3), [1/m], point outwards and are not normalised. The
+    Depth, (N,), [m], and points, (N, 3), [m], are on the near side. For a ray outside the outline, they belong to its
+    point closest to the ellipsoid. Normals A (p - c), (N, 3), [1/m], point outwards and are not normalised. The
     outline distance, (N,), [pixels], says how far each ray is inside the outline, to first order.
     """
 
@@ -137,7 +145,9 @@ def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Arr
 
 
 def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
-    """Estimates an initial ellipsoid from moments of the readings, as if seen from far away.
+    """Estimates an initial ellipsoid from moments of the readings.
+
+    It is taken to be far away.
 
     The covariance of a disc's points (x, y) is a quarter of the shape matrix's block. Over the disc the near side is
     the plane through the rim, linear in x and y, minus c sqrt(1 - r^2), which has mean 2 c / 3 and variance c^2 / 18.
@@ -163,7 +173,9 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
 
 
 def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid to its measurements in a picture; needs at least as many readings as fitted numbers.
+    """Fits an ellipsoid to its measurements in a picture.
+
+    It needs at least as many readings as fitted numbers.
 
     Readings are weighted by the sensor's noise at the surface angles of the fit, which takes a few iterations.
 
@@ -180,7 +192,10 @@ def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid like ``fit_ellipsoid``, but a singular matrix raises a LinAlgError."""
+    """Fits an ellipsoid like ``fit_ellipsoid``.
+
+    A singular matrix raises a LinAlgError.
+    """
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
     ellipsoid = guess(view, camera)
     used, sd, bias = np.ones(len(rays), dtype=bool), np.full(len(rays), _FIRST_SD), np.zeros(len(rays))
@@ -217,7 +232,7 @@ def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral_sd: Array, camera: Camera) -> Array:
-    """Computes the mean excess depth, (N,), [m], that lateral noise causes in readings of a curved surface.
+    """Computes the mean excess depth, (N,), [m], due to lateral noise on a curved surface.
 
     The mean over a two-dimensional normal distribution equals that over four points at sqrt(2) SD, to third order.
     """
@@ -230,7 +245,9 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
 
 @dataclass
 class _Problem:
-    """Residuals of depth, outline and priors for a deformed ellipsoid, in standard deviations.
+    """Residuals of depth, outline and priors for a deformed ellipsoid.
+
+    They are in standard deviations.
 
     Depth readings are taken along ``rays``; ``rim`` has the rays to points of the outline.
     """
@@ -257,7 +274,7 @@ class _Problem:
     def compute_residuals(self, numbers: Array) -> Array:
         """Computes the residuals, (N + K + 4,).
 
-        The numbers, (10,), are those of ``deform`` and the outline's shift in units of its SD.
+        The numbers, (10,), are the numbers of ``deform``, and the outline's shift in units of its SD.
         """
         ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self.rays, self.focal_length)
@@ -269,7 +286,10 @@ class _Problem:
         return np.concatenate([(seen.depth - self.depth) / self.sd, in_outline, prior])
 
     def compute_jacobian(self, numbers: Array) -> Array:
-        """Computes the residuals' derivatives, (N + K + 4, 10), to first order in the distance to the outline."""
+        """Computes the residuals' derivatives, (N + K + 4, 10).
+
+        They are of first order in the distance to the outline.
+        """
         ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self.rays, self.focal_length)
         facing = np.einsum("ni,ni->n", seen.normals, self.rays)
@@ -284,7 +304,10 @@ class _Problem:
         return J
 
     def _differentiate_outline(self, ellipsoid: SeenEllipsoid, numbers: Array) -> Array:
-        """Differentiates the distances to the outline; the least F along a ray is -(d^T Q d) / alpha."""
+        """Differentiates the distances to the outline.
+
+        The least F along a ray is -(d^T Q d) / alpha.
+        """
         A, rays = np.linalg.inv(ellipsoid.shape_matrix), self.rim
         Ac, Ad = A @ ellipsoid.centre, rays @ A
         alpha, beta = np.einsum("ni,ni->n", Ad, rays), rays @ Ac

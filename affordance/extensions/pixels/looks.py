@@ -1,4 +1,4 @@
-"""Segments one or more views of an object into regions of one material, by colour.
+"""Segments views of an object into regions of one material, by colour.
 
 Materials of different tint are separated by tint, which does not change with shading. Within one tint, materials are
 separated by lightness, because grey rubber, steel and aluminium differ in nothing else. Near edges lightness depends
@@ -42,21 +42,24 @@ _UNKNOWN = -1
 
 
 class Look(NamedTuple):
-    """Colour of a part in full light, in [0, 1], and the standard deviation of its lightness, [CIELAB]."""
+    """Colour of a part in full light, in [0, 1], with the SD of its lightness, [CIELAB]."""
 
     colour: Colour
     lightness_sd: float
 
 
 class Looks(NamedTuple):
-    """Looks of an object, and the index of each pixel's look in each view, (height, width), -1 for no look."""
+    """Looks of an object, with the index of each pixel's look in each view.
+
+    It is -1 for no look, (height, width).
+    """
 
     looks: tuple[Look, ...]
     labels: tuple[Labels, ...]
 
 
 def find_looks(surfaces: Sequence[Surface]) -> Looks:
-    """Finds the looks of an object in all its views together."""
+    """Finds the looks of an object from all its views together."""
     tint_labels = _label_tints(surfaces)
     maps = [np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32) for surface in surfaces]
     count = 0
@@ -73,7 +76,10 @@ def find_looks(surfaces: Sequence[Surface]) -> Looks:
 
 
 def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
-    """Labels the tint of each pixel of each view; -1 if the pixel does not show the object."""
+    """Labels the tint of each pixel in each view.
+
+    Pixels outside the object are -1.
+    """
     tints = [compute_tints(surface.colour) for surface in surfaces]
     modes = _find_modes(np.concatenate([tint[_find_core(s)] for tint, s in zip(tints, surfaces, strict=True)]))
     result = []
@@ -87,7 +93,10 @@ def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
 
 
 def _find_modes(tints: Array) -> list[Array]:
-    """Finds the most frequent tints, (2,) each, among those of pixels, (N, 2); returns at least one."""
+    """Finds the most frequent tints, (2,) each, of pixels, (N, 2).
+
+    Returns at least one.
+    """
     left = np.ones(len(tints), dtype=bool)
     modes: list[Array] = []
     while left.sum() >= max(_MIN_SEED, _MIN_SHARE * len(tints)) or not modes:
@@ -101,7 +110,10 @@ def _find_modes(tints: Array) -> list[Array]:
 
 
 def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> list[Labels]:
-    """Labels pixels of one tint by lightness, from 0, in each view; labels are valid within the regions only."""
+    """Labels pixels of one tint by lightness, from 0, in each view.
+
+    Labels are valid within the regions only.
+    """
     lightness = [convert_to_lab(surface.colour)[..., 0] for surface in surfaces]
     lit = [surface.lit & region for surface, region in zip(surfaces, regions, strict=True)]
     pool = np.concatenate([values[mask] for values, mask in zip(lightness, lit, strict=True)])
@@ -128,20 +140,29 @@ def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) ->
 
 
 def _find_core(surface: Surface) -> Mask:
-    """Finds pixels that show only the object, restricted to well-lit ones if there are enough."""
+    """Finds pixels that show only the object.
+
+    They are well-lit if there are enough of these.
+    """
     distance = cv2.distanceTransform(surface.mask.astype(np.uint8), cv2.DIST_L2, 5)
     core = surface.lit & (distance >= _CORE)
     return core if core.sum() >= _MIN_SEED else surface.mask
 
 
 def _open(mask: Mask, side: int, least: int) -> Mask:
-    """Returns the pieces of a mask that are at least as wide as a disc and have at least ``least`` pixels."""
+    """Returns the wide pieces of a mask with at least ``least`` pixels.
+
+    They are at least as wide as a disc.
+    """
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     return keep_large(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), least)[0]
 
 
 def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
-    """Gives every pixel of a mask its nearest seed's label; pieces without a seed keep the fallback."""
+    """Assigns every pixel of a mask its nearest seed's label.
+
+    Pieces without a seed keep the fallback.
+    """
     count, pieces = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     seeded = np.zeros(count, dtype=bool)
     seeded[np.unique(pieces[seeds != _UNKNOWN])] = True
@@ -151,7 +172,10 @@ def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
 
 
 def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
-    """Measures the colour of a region over all views, from its well-lit interior if that is large enough."""
+    """Measures the colour of a region over all views.
+
+    A large well-lit interior is preferred.
+    """
     inner = [
         cv2.erode(region.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool) & surface.lit
         for surface, region in zip(surfaces, regions, strict=True)

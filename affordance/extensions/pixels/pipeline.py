@@ -1,4 +1,4 @@
-"""Detects an object's parts in a picture of the stand, and measures their features."""
+"""Detects an object's parts in a picture on the stand, and measures them."""
 
 from typing import NamedTuple
 
@@ -41,14 +41,20 @@ _BORDER = 3
 
 
 class Detection(NamedTuple):
-    """Parts detected in a picture: each part's fitted ellipsoid, in the camera's frame, and its colour."""
+    """Detected parts in a picture, each with ellipsoid and colour.
+
+    The ellipsoid is in the camera's frame.
+    """
 
     segmentation: Segmentation
     fits: tuple[Fit, ...]
     colours: tuple[Colour, ...]
 
     def compute_features(self, X_TC: Array) -> tuple[ComponentFeatures, ...]:
-        """Computes the features in the frame T of the held object, in which the camera has the pose X_TC, (4, 4)."""
+        """Computes the features in the held object's frame T, given X_TC, (4, 4).
+
+        X_TC is the camera's pose.
+        """
         return tuple(describe_part(fit, colour, X_TC) for fit, colour in zip(self.fits, self.colours, strict=True))
 
 
@@ -77,7 +83,10 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
 
 
 def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> PartView:
-    """Collects a part's depth readings, and the points of its outline that do not border on another part."""
+    """Collects a part's depth readings and free outline.
+
+    Free points do not border on another part.
+    """
     mask = segmentation.labels == number
     window = find_window(mask, room=_BORDER + 1)
     mask, labels, depth = mask[window], segmentation.labels[window], picture.depth[window]
@@ -93,7 +102,9 @@ def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> P
 
 
 def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:
-    """Measures the colour of a part in full light: its radiance relative to a white surface with the same normals.
+    """Measures the colour of a part in full light.
+
+    It is the radiance relative to a white surface with the same normals.
 
     Photon noise grows with the light, so the ratio of the sums is the best estimate.
     """
@@ -109,7 +120,10 @@ def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camer
 
 
 def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
-    """Converts a fitted part to features in T: axes in descending order, independent errors as deformations."""
+    """Converts a fitted part to features in T.
+
+    Axes are in descending order, independent errors are deformations.
+    """
     fit = express_fit(fit, X_TC)
     squares, axes = np.linalg.eigh(fit.ellipsoid.shape_matrix)
     X_TE = np.eye(4)
@@ -128,7 +142,7 @@ def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
 
 
 def draw_outline(ellipsoid: SeenEllipsoid, camera: Camera) -> Array:
-    """Computes points of an ellipsoid's outline in the picture, column and row, (90, 2).
+    """Computes outline points of an ellipsoid in the picture, (90, 2), column and row.
 
     At a point p of the outline the ray is tangent: p = c + S^(1/2) w with |w| = 1 and w . m = 1, where m is the
     camera's position in the coordinates in which the ellipsoid is a unit ball.
@@ -158,7 +172,10 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
 
 
 def _find_outline(mask: Mask, excluded: Mask) -> Array:
-    """Finds midpoints between neighbouring pixels inside and outside a mask, column and row, (K, 2)."""
+    """Finds midpoints between neighbouring pixels across a mask's edge, (K, 2).
+
+    They are column and row.
+    """
     border = (mask[:, 1:] != mask[:, :-1]) & ~(excluded[:, 1:] | excluded[:, :-1])
     below = (mask[1:] != mask[:-1]) & ~(excluded[1:] | excluded[:-1])
     row_border, column_border = np.nonzero(border)

@@ -1,4 +1,4 @@
-"""Eye that measures features in pictures, and draws what it has seen."""
+"""Eye that measures features in pictures, and draws the detection."""
 
 import time
 from collections.abc import Sequence
@@ -41,7 +41,7 @@ class PixelEye:
         return "pixels"
 
     def draw(self, tools: Sequence[Tool], seed: int) -> Figure:
-        """Takes a picture of each tool, and draws the picture and its detected parts."""
+        """Takes a picture of each tool, and plots it with the detected parts."""
         sensor = get_camera_sensor()
         views = []
         for index, tool in enumerate(tools):
@@ -54,7 +54,7 @@ PIXELS = PixelEye()
 
 
 def check_renderer() -> str:
-    """Renders a picture, and says how long it takes."""
+    """Renders a picture, and describes how long it takes."""
     tools = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))
     start = time.perf_counter()
     render(tools[0])

@@ -1,4 +1,4 @@
-"""Colour and depth pictures, the camera that takes them, and files that hold pictures in which detection failed.
+"""Colour and depth pictures, and the camera that takes them.
 
 Frame C is the camera's: Cx points right in the picture, Cy down, Cz along the view. A pixel (u, v), column and row,
 is seen along the ray ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1) from Co. Depth is the
@@ -18,7 +18,9 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Camera:
-    """Pinhole camera whose colour and depth pictures are registered: one pixel shows one point in both.
+    """Pinhole camera with registered colour and depth pictures.
+
+    A pixel shows the same point in both.
 
     The focal length, in pixels, is the same along both axes.
     """
@@ -34,7 +36,7 @@ class Camera:
         return 0.5 * (self.width - 1), 0.5 * (self.height - 1)
 
     def compute_rays(self, pixels: Array) -> Array:
-        """Computes the rays of N pixels, column and row, (N, 2), as directions with z = 1, (N, 3)."""
+        """Computes the rays of N pixels, (N, 2), column and row, with z = 1, (N, 3)."""
         slopes = (pixels - np.array(self.centre)) / self.focal_length
         return np.column_stack([slopes, np.ones(len(pixels))])
 
@@ -45,7 +47,10 @@ class Camera:
 
 
 class Picture(NamedTuple):
-    """Colour, (height, width, 3), uint8, and depth along Cz, (height, width), [m]; 0 if there is no reading."""
+    """Colour, (height, width, 3), uint8, and depth along Cz, (height, width), [m].
+
+    Depth is 0 without a reading.
+    """
 
     colour: NDArray[np.uint8]
     depth: Array

@@ -1,4 +1,4 @@
-"""Setup in which an object is observed: a plain stand, lamps, and a camera above.
+"""Rig for observing an object: a plain stand, lamps, and a camera above.
 
 Frames: W is in the middle of the stand's top, with Wz up; C is the camera's, high above Wo, with Cx along Wx and Cy
 along -Wy. The object, with frame T, lies on the stand in its given orientation, with its bounding box in the middle
@@ -38,7 +38,10 @@ _COLLECTED, _NUMBER = 10, itertools.count(1)
 
 
 class Lamp(NamedTuple):
-    """Lamp of parallel light; its intensity is the radiance of a white surface facing it, relative to saturation."""
+    """Lamp of parallel light.
+
+    Its intensity is the radiance of a white surface facing it, relative to saturation.
+    """
 
     direction_C: tuple[float, float, float]
     intensity: float
@@ -57,7 +60,10 @@ LAMPS = (Lamp((0.0, 0.0, 1.0), 0.5), *(Lamp(_tilt_lamp(azimuth), 0.17) for azimu
 
 
 def compute_shading(normals_C: Array) -> Array:
-    """Computes a white surface's radiance relative to saturation, (N,), for outward normals in C, (N, 3)."""
+    """Computes a white surface's radiance relative to saturation, (N,).
+
+    Outward normals in C are (N, 3).
+    """
     shading = np.zeros(len(normals_C))
     for lamp in LAMPS:
         shading += lamp.intensity * np.maximum(0.0, -normals_C @ np.array(lamp.direction_C))
@@ -83,7 +89,7 @@ class Rig:
         return X_WC
 
     def place(self, tool: Tool) -> Array:
-        """Computes the pose X_WT, (4, 4), in which an object is presented; the arm knows this pose."""
+        """Computes the pose X_WT, (4, 4), of a presented object, which the arm knows."""
         low, high = find_box(tool.components)
         X_WT = np.eye(4)
         X_WT[:2, 3] = -0.5 * (low + high)[:2]
@@ -91,7 +97,7 @@ class Rig:
         return X_WT
 
     def compute_camera_pose(self, tool: Tool) -> Array:
-        """Computes the camera's pose X_TC, (4, 4), relative to an object as it is presented."""
+        """Computes the camera's pose X_TC, (4, 4), relative to a presented object."""
         return np.linalg.inv(self.place(tool)) @ self.X_WC
 
 
@@ -99,7 +105,10 @@ DEFAULT_RIG = Rig()
 
 
 def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
-    """Builds the Diagram of an object on the stand: ``scene_graph`` and ``camera``, whose images are its outputs."""
+    """Builds the Diagram of an object on the stand.
+
+    It has ``scene_graph`` and ``camera``, whose images are its outputs.
+    """
     builder = DiagramBuilder()
     scene_graph = geometry.SceneGraph()
     builder.AddNamedSystem("scene_graph", scene_graph)
@@ -149,7 +158,7 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
 
 
 def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
-    """Renders a noise-free picture of an object on the stand; arguments as for ``build_rig_diagram``."""
+    """Renders a noise-free picture of an object; arguments are as in ``build_rig_diagram``."""
     depth, colour = render_images(tool, rig, ("depth", "colour"))
     depth = depth[:, :, 0].astype(float)
     depth[~np.isfinite(depth)] = 0.0
@@ -157,7 +166,7 @@ def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
 
 
 def render_images(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[Any]]:
-    """Renders the images of the camera's output ports of the given names."""
+    """Renders the images of the camera's named output ports."""
     diagram = build_rig_diagram(tool, rig)
     context = diagram.CreateDefaultContext()
     images: list[Any] = [diagram.GetOutputPort(name).Eval(context) for name in names]

@@ -1,4 +1,4 @@
-"""Measures features of objects of any form from pictures: looks, and for each look a solid with its error.
+"""Measures looks and solids of objects of any form from pictures.
 
 A solid consists of columns between two sides, minus the hollows that four more views show. What a camera cannot see,
 such as a cavity or a core of another material, is included in the stated error, whose size was determined on ten
@@ -62,21 +62,24 @@ ERROR = SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011)
 
 
 class SeenTool(NamedTuple):
-    """Looks of an object, views from one side or both sides, and views along further axes."""
+    """Looks of an object, and views from one or two sides and along further axes."""
 
     looks: tuple[Look, ...]
     views: tuple[View, ...]
     sides: tuple[Side, ...] = ()
 
     def compute_features(self, X_TP: Array) -> tuple[ComponentFeatures, ...]:
-        """Computes the features of the parts in T, given the pose X_TP, (4, 4), in which the object was presented."""
+        """Computes the features of the parts in T, given the presented pose X_TP, (4, 4)."""
         parts = self.centre(carve(build_columns(*self.views), self.sides), ERROR)
         return tuple(describe_solid(look, solid, build_pose(p_PEo), X_TP, ERROR) for look, solid, p_PEo in parts)
 
     def centre(
         self, solids: Mapping[int, ColumnSolid], error: SolidError
     ) -> Iterator[tuple[Look, ColumnSolid, Array]]:
-        """Yields each look, its solid, corrected for bias and with Eo at the centroid, and p_PEo, (3,), [m]."""
+        """Yields each look with its corrected solid, and p_PEo, (3,), [m].
+
+        The solid has no bias, and Eo at its centroid.
+        """
         for number, solid in solids.items():
             middle = solid.ends.mean(axis=1, keepdims=True)
             ends = middle + np.exp(-error.bias) * (solid.ends - middle)
@@ -89,9 +92,9 @@ def detect_tool(
     noise: SensorNoise,
     sides: Sequence[tuple[Photograph, Photograph]] = (),
 ) -> SeenTool:
-    """Detects an object's looks and form in pictures from one side or two, and from further sides if given.
+    """Detects an object's looks and form in pictures from one, two or more sides.
 
-    Raises the errors of ``find_silhouette``.
+    Errors are as in ``find_silhouette``.
     """
     surfaces = [_measure(each, rig, noise) for each in photographs]
     found = find_looks(surfaces)
@@ -117,14 +120,17 @@ def _measure_form(photograph: Photograph, rig: Rig, noise: SensorNoise) -> View:
 
 
 def observe_tool(tool: Tool, stand: CameraSensor, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Observes an object on the stand and returns the features of its parts; raises the errors of ``detect_tool``."""
+    """Observes an object on the stand, and returns its parts' features.
+
+    Errors are as in ``detect_tool``.
+    """
     photographs, sides = stand.take_pictures(tool, rng), stand.take_sides(tool, rng)
     seen = detect_tool(photographs, stand.rig, stand.noise, sides)
     return give_strikes(seen.compute_features(find_presented_pose(tool)), tool)
 
 
 def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Measures features from one picture if an object is composed of ellipsoids, otherwise from six."""
+    """Measures features from one picture of ellipsoids, or six of other objects."""
     try:
         if needs_turning(tool):
             return observe_tool(tool, get_turning_stand(), rng)
@@ -134,7 +140,9 @@ def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
 
 
 def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:
-    """Converts a solid to features in T; deformations are the errors of thickness along Pz and of position in P.
+    """Converts a solid to features in T.
+
+    Deformations are the errors of thickness along Pz and of position in P.
 
     Eo is at the solid's centroid; poses X_PE and X_TP have shape (4, 4).
     """
@@ -157,7 +165,7 @@ def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: So
 
 
 def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Assigns the tool's striking faces, which are known without measurement, to the closest parts."""
+    """Assigns the tool's known striking faces to the closest parts."""
     seen = list(features)
     for part in tool.components:
         for face in part.strikes:
@@ -170,13 +178,16 @@ def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[Com
 
 
 def _measure_gap(shape: Shape, X_TE: Array, p_TQ: Array) -> float:
-    """Computes how far a point is outside a part's surface, seen from its centroid; negative inside, [m]."""
+    """Computes how far a point is outside a part's surface, [m].
+
+    It is measured from the centroid, and negative inside.
+    """
     p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
     return float(np.linalg.norm(p_EQ) - p_EQ @ shape.find_support(p_EQ) / np.linalg.norm(p_EQ))
 
 
 def list_seen_options(tools: Sequence[Tool], seed: int, stand: CameraSensor | None = None) -> list[Option]:
-    """Lists the options of tools as seen in pictures from six sides.
+    """Lists the options of tools seen in pictures from six sides.
 
     Args:
         tools: Tools to be observed.

@@ -52,7 +52,10 @@ _UNKNOWN = -1
 
 
 class Segmentation(NamedTuple):
-    """Index of the part that each pixel shows, (height, width), -1 where it shows none, and number of parts."""
+    """Index of each pixel's part, (height, width), and the number of parts.
+
+    Pixels without a part are -1.
+    """
 
     labels: Labels
     num_parts: int
@@ -85,7 +88,7 @@ def check_picture(picture: Picture) -> None:
 
 
 def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segmentation:
-    """Segments the object into its parts; the stand's top is at stand_depth, [m].
+    """Segments the object into its parts. The stand's top is at stand_depth, [m].
 
     Raises:
         SeeingError: The picture fails ``check_picture``, nothing is nearer than the stand (NothingSeenError), the
@@ -115,7 +118,7 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
 
 
 def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds the pixels that are nearer than the stand, (height, width); see ``segment`` for arguments and errors."""
+    """Finds the pixels nearer than the stand, (height, width); see ``segment``."""
     threshold = (
         stand_depth - STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
     )
@@ -134,7 +137,10 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
 
 
 def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
-    """Returns the connected pieces of at least ``least`` pixels in a mask, and the size of the largest piece."""
+    """Returns large pieces of a mask, and the size of the largest.
+
+    They are connected, with at least ``least`` pixels.
+    """
     _, pieces, statistics, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     sizes = statistics[1:, cv2.CC_STAT_AREA]
     kept: Mask = np.isin(pieces, 1 + np.flatnonzero(sizes >= least))
@@ -142,14 +148,20 @@ def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
 
 
 def check_edge(mask: Mask, picture: Picture) -> None:
-    """Raises an OutOfViewError for an object that reaches the picture's edge."""
+    """Checks that an object does not reach the picture's edge.
+
+    Otherwise an OutOfViewError is raised.
+    """
     count = int(np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]]).sum())
     if count:
         raise OutOfViewError(f"the object covers {count} pixels of the picture's edge, must cover none", *picture)
 
 
 def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
-    """Gives every pixel the value of the nearest known pixel, (height, width); at least one must be known."""
+    """Assigns every pixel the nearest known pixel's value, (height, width).
+
+    At least one must be known.
+    """
     _, nearest = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
@@ -160,7 +172,10 @@ def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]
 
 
 def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
-    """Computes the rows and columns of a non-empty mask and a margin around it, [pixels], clipped to the picture."""
+    """Computes rows and columns of a non-empty mask with a margin, [pixels].
+
+    They are clipped to the picture.
+    """
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return (
         slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
@@ -169,7 +184,9 @@ def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
 
 
 def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
-    """Splits a mask into regions of one tint, beginning with the most frequent tint of well-lit pixels.
+    """Splits a mask into regions of one tint.
+
+    The first is the most frequent tint of well-lit pixels.
 
     Returns no regions if the object is so small or narrow that the stand's colour is mixed into all of it.
     """
@@ -206,7 +223,10 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
 
 
 def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
-    """Computes the mode, (2,), of points in a plane, (N, 2), such as tints, from a histogram."""
+    """Computes the mode, (2,), of points in a plane, (N, 2), from a histogram.
+
+    Points may be tints.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     shape = np.maximum(1, np.ceil((high - low) / bin_width)).astype(int) + 1
     index = ((points - low) / bin_width).astype(int)
@@ -217,7 +237,7 @@ def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
 
 
 def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
-    """Assigns every pixel of a mask to the nearest of the regions inside it."""
+    """Assigns every pixel of a mask to the nearest region inside it."""
     seeds = np.zeros(mask.shape, dtype=np.int32)
     for number, region in enumerate(regions):
         seeds[region & mask] = number + 1
@@ -226,7 +246,10 @@ def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
 
 
 def _split_at_waists(region: Mask) -> list[Mask]:
-    """Splits a region into convex pieces; returns the region itself if it has no waist."""
+    """Splits a region at its waists into convex pieces.
+
+    Without a waist it stays whole.
+    """
     window = find_window(region, room=2)
     small = region[window].astype(np.uint8)
     distance = cv2.distanceTransform(small, cv2.DIST_L2, 5)
@@ -252,7 +275,7 @@ def _split_at_waists(region: Mask) -> list[Mask]:
 
 
 def _find_cores(distance: NDArray[Any]) -> list[Mask]:
-    """Finds the core of each piece of a region, given the distance of each pixel from the rim."""
+    """Finds the core of each piece of a region from distances to the rim."""
     best: list[Mask] = []
     for level in np.geomspace(_LEAST_WAIST, 0.9 * max(float(distance.max()), 2.0 * _LEAST_WAIST), _NUM_LEVELS):
         count, labels = cv2.connectedComponents((distance > level).astype(np.uint8), connectivity=8)

@@ -26,7 +26,7 @@ _RIM_ANGLE = float(np.radians(75.0))
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Noise of one picture (see docs/decisions/0015-vision-from-pixels.md)."""
+    """Noise of a picture (see docs/decisions/0015-vision-from-pixels.md)."""
 
     # Factor of the axial and lateral standard deviations of depth; 0 for a perfect sensor.
     depth_scale: float = 1.0
@@ -46,7 +46,7 @@ class SensorNoise:
 
     @property
     def outline_shift(self) -> float:
-        """Distance by which the outline in a depth picture lies inside the true one, [pixels].
+        """Distance of a depth picture's outline inside the true one, [pixels].
 
         Lateral noise moves the surface's edge outwards by SD / sqrt(2 pi), and the background's edge inwards by its
         own SD / sqrt(2 pi). Near its outline the surface is strongly inclined, but the background is not.
@@ -56,7 +56,7 @@ class SensorNoise:
 
     @property
     def outline_sd(self) -> float:
-        """Standard deviation of the position of an edge between two neighbouring pixels, [pixels].
+        """Position SD of an edge between two neighbouring pixels, [pixels].
 
         The length of a row of pixels across the outline has a mean square error of SD / sqrt(pi), plus 1/12 from
         rounding. An outline has 4 / pi edges per pixel of its length, so each edge has less weight.
@@ -65,7 +65,7 @@ class SensorNoise:
         return float(np.sqrt((0.5 * (surface + behind) / np.sqrt(np.pi) + 1.0 / 12.0) * 4.0 / np.pi))
 
     def add_to(self, picture: Picture, camera: Camera, rng: np.random.Generator) -> Picture:
-        """Returns the picture as the sensor would record it.
+        """Adds sensor noise to a picture.
 
         A reading is taken at a point displaced by the lateral noise, with the axial noise at that point.
         """
@@ -92,7 +92,9 @@ class SensorNoise:
 
 
 def measure_angles(depth: Array, camera: Camera) -> Array:
-    """Computes the angle between surface and picture at each pixel, (height, width), [rad], from noise-free depth.
+    """Computes the angle between surface and picture at each pixel, (height, width), [rad].
+
+    Depth must be noise-free.
 
     Along each axis the smaller of the slopes to the two neighbours is used, so a silhouette does not affect the
     surface in front or behind.

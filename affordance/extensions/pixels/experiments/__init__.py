@@ -1,1 +1,1 @@
-"""Experiments of this branch."""
+"""Experiments on the accuracy of features from pictures."""

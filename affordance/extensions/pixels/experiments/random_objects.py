@@ -1,4 +1,4 @@
-"""Random objects for measuring the accuracy of detection: chains of touching ellipsoids, and their pictures."""
+"""Random objects for tests of detection: chains of touching ellipsoids, with pictures."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -36,7 +36,10 @@ def take_picture(seed: int, number: int) -> Picture:
 
 
 def draw_object(rng: np.random.Generator, name: str) -> Tool:
-    """Draws an object: one to three ellipsoids of random sizes, directions, colours and densities."""
+    """Draws an object of one to three ellipsoids.
+
+    Sizes, directions, colours and densities are random.
+    """
     while True:
         tool = Tool(name, tuple(_draw_chain(rng)))
         low, high = find_box(tool.components)

@@ -1,4 +1,4 @@
-"""Features from pictures: how accurate are sizes and masses, and do their stated intervals contain the truth?
+"""Measures the accuracy of sizes and masses from pictures, and of their intervals.
 
 The paper assumes that three-dimensional sizes are recovered from pictures (IV-A). Here random objects of one to three
 touching ellipsoids are presented to the camera, and their parts are detected in a noisy picture. Expected: errors
@@ -60,7 +60,10 @@ SHARE = Unit("%", 100.0)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment; raises a BadValueError for objects or a path that do not fit it."""
+    """Runs the experiment.
+
+    Unsuitable objects, or an unsuitable path, raise a BadValueError.
+    """
     setup = setup.change(eye=None)  # features are only observed in pictures here
     tools, task = read(setup)
     check_mashing(setup, tools, task)
@@ -133,7 +136,10 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Reach]:
 
 
 def check_mashing(setup: Setup, tools: Sequence[Tool], task: Reach) -> None:
-    """Raises a BadValueError if mashing cannot be planned with some object, or is infeasible with all of them."""
+    """Checks that mashing can be planned with each object, and is feasible with some.
+
+    Otherwise a BadValueError is raised.
+    """
     file, model = setup.models / PATH, ArmModel(load_arm(setup.settings.arm))
     build_chain(model.arm)  # otherwise an unusable arm would be blamed on the path
     held = [tool.gripped_by(grip) for tool in tools for grip in tool.grips or (Grip("", np.eye(4)),)]
@@ -146,7 +152,7 @@ def check_mashing(setup: Setup, tools: Sequence[Tool], task: Reach) -> None:
 
 
 def observe(setup: Setup, number: int) -> xr.Dataset:
-    """Detects the parts of a numbered random object in a picture, and compares them with the true parts.
+    """Detects the parts of a numbered random object, and compares them with the truth.
 
     Returns: Errors of ``compare``; ``failure``, the name of the error, empty if there was none, and its ``reason``;
         ``seconds``, the processor time of the detection, without taking the picture.
@@ -173,7 +179,10 @@ def observe(setup: Setup, number: int) -> xr.Dataset:
 
 
 def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
-    """Compares the detected features of an object's parts with the true ones; NaN without a detection."""
+    """Compares detected with true features of an object's parts.
+
+    They are NaN without a detection.
+    """
     visible, depth, colours = np.full((MAX_PARTS, 2), np.nan), np.full(MAX_PARTS, np.nan), np.full(MAX_PARTS, np.nan)
     error = deviation = math.nan
     if detection is not None:
@@ -213,7 +222,10 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset, count: int) -> dict[str, Any]:
-    """Computes the numbers of metrics.json: accuracy over the first ``count`` objects, coverage over all."""
+    """Computes the numbers of metrics.json.
+
+    Accuracy is over the first ``count`` objects, coverage over all.
+    """
     accurate = data.isel(object=slice(count))
     failures = [str(name) for name in accurate.failure.values]
     deviations = data.mass_deviation.values[np.isfinite(data.mass_deviation.values)]
@@ -238,13 +250,16 @@ def measure(data: xr.Dataset, count: int) -> dict[str, Any]:
 
 
 def find_median(errors: xr.DataArray) -> float | None:
-    """Computes the median magnitude of the errors that are not NaN; None if there are none."""
+    """Computes the median magnitude of errors that are not NaN. Returns None without any."""
     there = np.abs(errors.values[np.isfinite(errors.values)])
     return float(np.median(there)) if len(there) else None
 
 
 def rank_uncommon(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[Ranking, Ranking]:
-    """Ranks the uncommon objects for mashing by expected work: as a novice, and as an expert on the materials."""
+    """Ranks the uncommon objects for mashing by expected work.
+
+    The first ranking is a novice's, the second an expert's on the materials.
+    """
     look = partial(list_options, seed=setup.seed, eye=PIXELS)
     options = [option for tool in tools for option in look(tool)]
     materials = load_materials(setup.models / "materials.yaml")
@@ -269,7 +284,7 @@ def list_ranking(ranking: Ranking) -> list[dict[str, Any]]:
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges the accuracy; the bounds are ours."""
+    """Tests the accuracy. The bounds are ours."""
     visible, depth, mass = (
         n[name] if n[name] is not None else math.nan
         for name in ("semi_axis_error_visible_median", "semi_axis_error_depth_median", "mass_error_median")
@@ -288,7 +303,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def summarise(n: Mapping[str, Any]) -> str:
-    """Returns the summary: what was done, and which objects were not detected."""
+    """Returns the summary, with the objects that were not detected."""
     count, failures = n["objects"], n["failures"]
     kinds = "; ".join(
         f"{number} {kind}, such as: {n['failure_examples'][kind]}" for kind, number in n["failures_by_kind"].items()
@@ -304,7 +319,7 @@ def summarise(n: Mapping[str, Any]) -> str:
 
 
 def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulates the rankings of the uncommon objects by the novice and by the expert."""
+    """Tabulates a novice's and an expert's rankings of the uncommon objects."""
     who = {"novice (materials never felt)": n["mashing_novice"], "expert (materials known)": n["mashing_expert"]}
     rows = [
         {
@@ -333,7 +348,7 @@ def draw_pictures(seed: int, numbered: Sequence[tuple[int, str]]) -> Figure:
 
 
 def draw_uncommon(tools: Sequence[Tool], seed: int) -> Figure:
-    """Draws the pictures of the uncommon objects from which they are ranked."""
+    """Plots the pictures from which the uncommon objects are ranked."""
     sensor = get_camera_sensor()
     views = []
     for tool in tools:
@@ -343,7 +358,9 @@ def draw_uncommon(tools: Sequence[Tool], seed: int) -> Figure:
 
 
 def draw_errors(data: xr.Dataset, count: int, targets: Mapping[str, float]) -> Figure:
-    """Draws the sizes of the errors of the first ``count`` objects, and all errors of mass over their stated SDs.
+    """Plots the errors' sizes of the first ``count`` objects, and all relative mass errors.
+
+    Mass errors are relative to their stated SDs.
 
     ``targets`` are the bounds of the median errors: of visible axes, the axis along the view, and mass.
     """
@@ -356,7 +373,7 @@ def draw_errors(data: xr.Dataset, count: int, targets: Mapping[str, float]) -> F
 
 
 def save_picture(seed: int, number: int, reason: str, folder: Path) -> None:
-    """Saves the picture of an object that was not detected, or not detected correctly."""
+    """Saves the picture of an object that was not correctly detected."""
     save_frame(SeeingError(reason, *take_picture(seed, number)), folder / "frames", f"object_{number:05d}")
 
 

@@ -1,1 +1,1 @@
-"""Mass, centre and form of an object in a colour and depth picture from a camera of your own."""
+"""Measures an object's mass, centre and form in your own colour and depth picture."""

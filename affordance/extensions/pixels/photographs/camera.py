@@ -1,4 +1,4 @@
-"""Reads a camera's intrinsics from the files of common programs.
+"""Reads camera intrinsics from the files of common programs.
 
 A pixel (u, v), column and row, is seen along the ray ((u - cx) / fx, (v - cy) / fy, 1). Nine numbers of a matrix are
 row by row in ROS and BOP, and column by column in Open3D and Record3D. The file shows which: the principal point,
@@ -26,7 +26,10 @@ _TINY = 1e-9
 
 
 class PinholeCamera(NamedTuple):
-    """Camera without distortion; the unit of its depth pictures, [m], if its file gives one."""
+    """Camera without distortion.
+
+    The unit of its depth pictures, [m], is known if its file has one.
+    """
 
     width: int
     height: int
@@ -37,12 +40,12 @@ class PinholeCamera(NamedTuple):
     depth_unit: float | None = None
 
     def compute_rays(self, columns: NDArray[Any], rows: NDArray[Any]) -> Array:
-        """Computes rays of pixels as directions in C with unit depth, (..., 3)."""
+        """Computes rays of pixels, (..., 3), as directions in C with unit depth."""
         x, y = (columns - self.cx) / self.fx, (rows - self.cy) / self.fy
         return np.stack([x, y, np.ones_like(x)], axis=-1)
 
     def project(self, p_C: Array) -> Array:
-        """Projects points in C, (..., 3), to pixels, column and row, (..., 2)."""
+        """Projects points in C, (..., 3), to pixels, (..., 2), column and row."""
         return np.stack(
             [
                 self.fx * p_C[..., 0] / p_C[..., 2] + self.cx,
@@ -94,7 +97,7 @@ def read_camera(path: Path, size: tuple[int, int], picture: str = "", *, is_crop
 
 
 def _choose_entry(path: Path, content: Mapping[Any, Any], picture: str) -> tuple[str, Mapping[str, Any]]:
-    """Chooses the entry of BOP's scene_camera.json that has the picture's number."""
+    """Chooses the entry of BOP's scene_camera.json with the picture's number."""
     numbers = re.findall(r"\d+", Path(picture).stem)
     by_number = {int(name): name for name in content}
     name = next(iter(content)) if len(content) == 1 else by_number.get(int(numbers[0]) if numbers else -1)
@@ -114,7 +117,10 @@ def _check_distortion(path: Path, key: str, content: Mapping[str, Any]) -> None:
 
 
 def _read_values(path: Path, key: str, content: Mapping[str, Any]) -> list[float]:
-    """Reads fx, fy, cx and cy, the last two perhaps under their names in librealsense."""
+    """Reads fx, fy, cx and cy.
+
+    The last two may have their names in librealsense.
+    """
     names = ("fx", "fy", "cx", "cy")
     content = {{"ppx": "cx", "ppy": "cy"}.get(name, name): value for name, value in content.items()}
     if all(name in content for name in names):

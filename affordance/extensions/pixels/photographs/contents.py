@@ -1,4 +1,4 @@
-"""Kinds of contents of household things, each a material of the file of materials with a wide density."""
+"""Contents of household things, as materials with a wide density."""
 
 from types import MappingProxyType
 

@@ -1,4 +1,7 @@
-"""Collects what a picture shows about the form of an object: its surface, what is empty, and what rays must meet."""
+"""Collects a picture's evidence about an object's form.
+
+It has surface points, empty space, and rays that meet the object.
+"""
 
 import cv2
 import numpy as np
@@ -27,11 +30,11 @@ _HIGHER = 1.3
 def collect_evidence(
     points: Array, mask: Mask, table: Table, camera: PinholeCamera, X_CW: Array, order: Array
 ) -> Evidence:
-    """Collects the evidence about the object of a mask, in W.
+    """Collects the evidence about a masked object, in W.
 
-    A missing reading outside of the mask is a shadow on what is behind, so that the space above the table is empty
-    there. Next to something nearer, which may hide the object, it says nothing. A missing reading inside the mask is
-    due to gloss: the ray meets the object somewhere.
+    A missing reading outside the mask is a shadow on the background, so the space above the table is empty there.
+    Next to a nearer thing, which may hide the object, it is no evidence. A missing reading inside the mask is due to
+    gloss: the ray meets the object somewhere.
 
     Args:
         points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].

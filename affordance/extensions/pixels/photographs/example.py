@@ -1,4 +1,7 @@
-"""Example pictures that are ray-cast: a full can, a larger one, an empty decoy that looks the same, and a hammer."""
+"""Ray-cast example pictures: a full can, a larger one, an empty decoy, and a hammer.
+
+The decoy looks like the can.
+"""
 
 import json
 from functools import partial
@@ -33,7 +36,10 @@ NAMES = (*CANS, "hammer")
 
 
 def cast_example(name: str) -> tuple[Picture, PinholeCamera]:
-    """Casts one of the pictures in ``NAMES``, with the errors of a camera; an unknown name raises a ValueError."""
+    """Ray-casts an example picture with camera errors.
+
+    ``NAMES`` lists the names; others raise a ValueError.
+    """
     if name not in NAMES:
         raise ValueError(describe_choice(name, NAMES))
     number = NAMES.index(name)
@@ -46,7 +52,10 @@ def cast_example(name: str) -> tuple[Picture, PinholeCamera]:
 
 
 def write_examples(folder: Path) -> list[Path]:
-    """Writes NAME.png, NAME_depth.png in mm, and camera.json; returns the paths of the colour pictures."""
+    """Writes NAME.png, NAME_depth.png in mm, and camera.json.
+
+    Returns the paths of the colour pictures.
+    """
     paths = []
     for name in NAMES:
         picture, camera = cast_example(name)

@@ -18,7 +18,9 @@ _LEAST_PIXELS = 150
 
 
 def find_object(points: Array, table: Table, at: tuple[float, float] | None) -> Mask:
-    """Finds the pixels of the object at a pixel, column and row; without it, of the one nearest to the middle.
+    """Finds the pixels of the object at a pixel, column and row.
+
+    Without it, the object nearest to the middle is taken.
 
     Raises:
         NothingSeenError: There is no object, or none at the pixel.
@@ -54,7 +56,10 @@ def find_object(points: Array, table: Table, at: tuple[float, float] | None) -> 
 
 
 def check_mask(mask: Mask, depth: Array) -> None:
-    """Raises a TooSmallError unless a mask has enough pixels with depth readings."""
+    """Checks that a mask has enough pixels with depth readings.
+
+    Otherwise a TooSmallError is raised.
+    """
     number = int((mask & np.isfinite(depth)).sum())
     if number < _LEAST_PIXELS:
         problem = f"the object has {number} pixels with a depth reading, must have at least {_LEAST_PIXELS}"
@@ -62,5 +67,5 @@ def check_mask(mask: Mask, depth: Array) -> None:
 
 
 def reaches_edge(mask: Mask) -> bool:
-    """Returns True if an object reaches the edge of its picture, so that it may continue outside."""
+    """Returns True if an object reaches the picture's edge, and may continue outside."""
     return bool(mask[[0, -1]].any() or mask[:, [0, -1]].any())

@@ -1,4 +1,7 @@
-"""Reads the colour and depth pictures of a camera; sizes are checked before a picture is decoded."""
+"""Reads colour and depth pictures of a camera.
+
+Sizes are checked before decoding.
+"""
 
 import io
 import warnings
@@ -28,12 +31,15 @@ _ALIGN = (
 
 
 def read_colour(path: Path) -> NDArray[np.uint8]:
-    """Reads a PNG, JPEG or TIFF as red, green and blue, (height, width, 3); others raise a BadValueError."""
+    """Reads a PNG, JPEG or TIFF as red, green and blue, (height, width, 3).
+
+    Other files raise a BadValueError.
+    """
     return np.asarray(_decode(path, ("PNG", "JPEG", "TIFF"), "RGB"), dtype=np.uint8)
 
 
 def read_mask(path: Path, size: tuple[int, int]) -> Mask:
-    """Reads a PNG that is not black where it shows the object, (height, width).
+    """Reads a PNG mask, (height, width), which is not black at the object.
 
     A picture of another size than (width, height), or one that is all black, raises a BadValueError.
     """
@@ -45,7 +51,9 @@ def read_mask(path: Path, size: tuple[int, int]) -> Mask:
 
 
 def read_depth(path: Path, size: tuple[int, int], unit: float | None = None) -> Array:
-    """Reads depth along the camera's axis, (height, width), [m], NaN where there is no reading.
+    """Reads depth along the camera's axis, (height, width), [m].
+
+    Pixels without a reading are NaN.
 
     Args:
         path: PNG of 16 bits, TIFF of 32-bit numbers in m, or NPY of numbers in m or whole numbers.
@@ -81,7 +89,7 @@ def read_depth(path: Path, size: tuple[int, int], unit: float | None = None) -> 
 
 
 def _decode(path: Path, formats: tuple[str, ...], mode: str = "") -> Image.Image:
-    """Decodes a picture of bounded size; any other file raises a BadValueError."""
+    """Decodes a picture of bounded size. Any other file raises a BadValueError."""
     content = read_bytes(path, _FILE)
     try:
         with warnings.catch_warnings():

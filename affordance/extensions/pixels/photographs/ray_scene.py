@@ -1,4 +1,6 @@
-"""Ray-casts colour and depth pictures of convex solids on a table, with the errors of a depth camera.
+"""Ray-casts colour and depth pictures of convex solids on a table.
+
+Depth camera errors are added.
 
 A convex solid is the set n(p) <= 1 of a convex function n; a ray meets it where the smallest n along the ray is at
 most one. This covers boxes, cylinders and superquadrics, and needs no renderer.
@@ -24,7 +26,10 @@ _SHADOW = 9  # width of the strip beside an object in which a depth camera sees 
 
 
 class ScenePart(NamedTuple):
-    """Convex solid of one colour in W: its function n of points, (..., 3), and a ball (centre, radius) around it."""
+    """Convex solid of one colour in W.
+
+    It has the function n of points, (..., 3), and a ball (centre, radius) around it.
+    """
 
     gauge: Callable[[Array], Array]
     centre: Array
@@ -48,7 +53,10 @@ def cylinder_gauge(radius: float, half: float, X_WS: Array) -> Callable[[Array],
 
 
 def look_at(distance: float, tilt: float, turn: float = 0.0) -> Array:
-    """Builds the pose X_WC, (4, 4), of a camera that looks at Wo from above, ``tilt`` below the horizontal, [rad]."""
+    """Builds the pose X_WC, (4, 4), of a camera that looks at Wo from above.
+
+    ``tilt`` is its angle below the horizontal, [rad].
+    """
     forward = np.array([np.sin(turn) * np.cos(tilt), np.cos(turn) * np.cos(tilt), -np.sin(tilt)])
     right = np.array([np.cos(turn), -np.sin(turn), 0.0])
     X_WC = np.eye(4)
@@ -58,7 +66,10 @@ def look_at(distance: float, tilt: float, turn: float = 0.0) -> Array:
 
 
 def cast_scene(parts: Sequence[ScenePart], camera: PinholeCamera, X_WC: Array) -> tuple[Picture, Array]:
-    """Casts a noise-free picture; returns it with the index of the part that each pixel shows, -1 for the table."""
+    """Ray-casts a noise-free picture, with the part's index at each pixel.
+
+    The table is -1.
+    """
     columns, rows = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
     rays = camera.compute_rays(columns, rows) @ X_WC[:3, :3].T  # directions in W with unit depth
     eye = X_WC[:3, 3]
@@ -81,7 +92,7 @@ def cast_scene(parts: Sequence[ScenePart], camera: PinholeCamera, X_WC: Array) -
 
 
 def _meet(part: ScenePart, eye: Array, rays: Array) -> tuple[Array, Mask]:
-    """Finds the depth at which rays enter a part, and where they do."""
+    """Finds where rays enter a part, and the depth there."""
     middle = ((part.centre - eye) * rays).sum(axis=-1) / (rays * rays).sum(axis=-1)
     gap = np.linalg.norm(eye + middle[..., None] * rays - part.centre, axis=-1)
     candidates = gap < part.radius
@@ -112,7 +123,9 @@ def spoil(
     noise: SensorNoise | None = None,
     gloss: float = 0.0,
 ) -> Picture:
-    """Adds a camera's noise, a shadow without readings to the left of every part, and glossy holes.
+    """Adds a camera's noise, shadows and glossy holes to a picture.
+
+    A shadow, without readings, is to the left of every part.
 
     ``gloss`` is the radius of a hole on each part, relative to the part's height in the picture.
     """

@@ -1,7 +1,9 @@
-"""Measures an object on a table in one colour and depth picture: its form, where it is, and how sure that is.
+"""Measures form and place of an object on a table in one colour and depth picture.
 
-Frames: C the camera's, W the table's below the object, S a fitted solid's, T that of the tools file: its origin in
-the middle of the object, Tx along its longest axis, Tz as upright as possible.
+Uncertainties are estimated.
+
+Frames: C the camera's, W the table's below the object, S a fitted solid's, T the tools file's: its origin in the
+middle of the object, Tx along its longest axis, Tz as upright as possible.
 """
 
 from dataclasses import dataclass
@@ -39,7 +41,7 @@ _LEAST_READ = 500  # pixels with depth
 
 @dataclass(frozen=True, eq=False)
 class SeenPart:
-    """Solid part of an object.
+    """Solid part of a seen object.
 
     Attributes:
         solid: Fitted solid, in W.
@@ -95,7 +97,7 @@ class SeenObject:
         return self.misfit <= _WORST_FIT
 
     def write(self, folder: Path, name: str, materials: tuple[str, ...]) -> Path:
-        """Writes tools.yaml and the meshes that it names into a folder; returns the path of tools.yaml.
+        """Writes tools.yaml and its meshes into a folder. Returns the path of tools.yaml.
 
         Args:
             folder: Folder, which is created.
@@ -143,7 +145,9 @@ def see(
     mask: Mask | None = None,
     seed: int = 0,
 ) -> SeenObject:
-    """Measures the object at a pixel, or in a mask, of a colour picture with registered depth.
+    """Measures the object at a pixel, or in a mask.
+
+    Colour and depth are registered.
 
     Args:
         colour: Red, green and blue, (height, width, 3).

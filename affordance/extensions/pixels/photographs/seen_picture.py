@@ -1,4 +1,4 @@
-"""Draws what was measured over the photograph: outline, fitted solids and table."""
+"""Draws the measured outline, solids and table over the photograph."""
 
 from pathlib import Path
 
@@ -18,7 +18,10 @@ _RINGS = 7
 
 
 def draw_seen(seen: SeenObject, colour: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Draws outline (green), solids (orange), table (blue lines 5 cm apart) and the ends; (height, width, 3)."""
+    """Draws outline (green), solids (orange), table (blue) and ends, (height, width, 3).
+
+    The table's lines are 5 cm apart.
+    """
     scale = max(1, round(_LEAST_WIDTH / colour.shape[1]))
     picture = cv2.resize(colour, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
 

@@ -1,4 +1,6 @@
-"""Fits a superquadric that stands on a table to what a picture shows of an object, and to what it shows to be empty.
+"""Fits a superquadric on a table to a picture's evidence about an object.
+
+Evidence includes empty space.
 
 A superquadric with semi-axes a, b, c and exponents e1 (along its axis) and e2 (around it) is the set n(p) <= 1 with
 
@@ -38,7 +40,7 @@ _LYING = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 
 
 class Superquadric(NamedTuple):
-    """Superquadric: semi-axes, (3,), [m], exponents, (2,), and pose X_WS, (4, 4)."""
+    """Superquadric with semi-axes, (3,), [m], exponents, (2,), and pose X_WS, (4, 4)."""
 
     semi_axes: Array
     exponents: Array
@@ -56,7 +58,10 @@ class Superquadric(NamedTuple):
         return self._scale(p_W)[2]
 
     def measure_distances(self, p_W: Array) -> Array:
-        """Computes approximate distances of points in W, (..., 3), from the surface, (...), negative inside, [m]."""
+        """Computes approximate distances of points in W, (..., 3), from the surface, [m].
+
+        They are negative inside.
+        """
         p, across, n = self._scale(p_W)
         e1, e2 = self.exponents
         around = (across / n) ** (2.0 / e1 - 1.0)
@@ -67,14 +72,17 @@ class Superquadric(NamedTuple):
         return distances
 
     def measure_nearest(self, rays_W: Array) -> Array:
-        """Computes the distance of that point of each ray, (K, S, 3), that is nearest or deepest, (K,), [m]."""
+        """Computes each ray's least distance from the surface, (K,), [m].
+
+        Rays are (K, S, 3); the distance is negative inside.
+        """
         if not len(rays_W):
             return np.zeros(0)
         n = self.compute_gauge(rays_W)
         return self.measure_distances(rays_W[np.arange(len(n)), n.argmin(axis=1)])
 
     def _scale(self, p_W: Array) -> tuple[Array, Array, Array]:
-        """Computes scaled coordinates, (..., 3), the norm of the first two, (...), and n, (...)."""
+        """Computes scaled coordinates, (..., 3), the norm of the first two, and n."""
         p = np.maximum(np.abs((p_W - self.X_WS[:3, 3]) @ self.X_WS[:3, :3]) / self.semi_axes, 1e-9)
         across = _add(p[..., 0], p[..., 1], self.exponents[1])
         return p, across, _add(across, p[..., 2], self.exponents[0])
@@ -122,7 +130,7 @@ class FittedSolid(NamedTuple):
 
 
 def fit_solid(evidence: Evidence, lift_sd: float = _LIFT_SD) -> FittedSolid:
-    """Fits upright and lying superquadrics, and weighs these hypotheses by their posterior probability.
+    """Fits upright and lying superquadrics, weighted by posterior probability.
 
     Args:
         evidence: Readings and rays.
@@ -155,7 +163,7 @@ def fit_solid(evidence: Evidence, lift_sd: float = _LIFT_SD) -> FittedSolid:
 
 
 def _list_starts(surface: Array) -> list[tuple[bool, Array]]:
-    """Lists hypotheses as (is lying, starting values), from the extent of the readings."""
+    """Lists hypotheses (is lying, starting values) from the extent of the readings."""
     plan, top = surface[:, :2], float(np.percentile(surface[:, 2], 98.0))
     axes = np.linalg.svd(plan - plan.mean(axis=0), full_matrices=False)[2]
     yaw = float(np.arctan2(axes[0, 1], axes[0, 0]))
@@ -184,7 +192,7 @@ def _build(theta: Array, is_lying: bool) -> Superquadric:
 
 
 def _climb(evidence: Evidence, lift_sd: float, is_lying: bool, start: Array, steps: int) -> OptimizeResult:
-    """Fits one hypothesis; stops after the given number of steps."""
+    """Fits one hypothesis in at most the given number of steps."""
     ways = [evidence.surface, evidence.empty, evidence.met]
     weights = [np.sqrt(min(1.0, _WORTH / max(len(way), 1))) for way in ways]
 
@@ -207,7 +215,7 @@ def _climb(evidence: Evidence, lift_sd: float, is_lying: bool, start: Array, ste
 
 
 def _describe(evidence: Evidence, is_lying: bool, found: OptimizeResult) -> FittedSolid:
-    """Computes the errors of a hypothesis from the curvature at its maximum (Laplace)."""
+    """Computes a hypothesis's errors from the curvature at its maximum (Laplace)."""
     solid = _build(found.x, is_lying)
     covariance = np.linalg.inv(found.jac.T @ found.jac + 1e-6 * np.eye(len(found.x)))
 
@@ -226,13 +234,16 @@ def _describe(evidence: Evidence, is_lying: bool, found: OptimizeResult) -> Fitt
 
 
 def _soften(u: Array) -> Array:
-    """Computes residuals whose squares grow in proportion to |u| where |u| is large."""
+    """Computes residuals whose squares grow like |u| for large |u|."""
     softened: Array = np.sign(u) * np.sqrt(2.0 * (np.sqrt(1.0 + u * u) - 1.0))
     return softened
 
 
 def build_mesh(solid: Superquadric, rows: int = 33, columns: int = 64) -> tuple[Array, Array]:
-    """Builds vertices in S, (n, 3), [m], and faces, (m, 3), of a closed mesh with exactly the solid's volume."""
+    """Builds vertices in S, (n, 3), [m], and faces, (m, 3), of a closed mesh.
+
+    It has exactly the solid's volume.
+    """
     e1, e2 = solid.exponents
     eta = np.linspace(-0.5 * np.pi, 0.5 * np.pi, rows)[1:-1]
     omega = np.linspace(-np.pi, np.pi, columns, endpoint=False)

@@ -30,12 +30,15 @@ class Table(NamedTuple):
     offset: float
 
     def measure_heights(self, points: Array) -> Array:
-        """Computes the heights of points in C, (..., 3), above the table, (...), [m]."""
+        """Computes heights of points in C, (..., 3), above the table, (...), [m]."""
         heights: Array = points @ self.normal - self.offset
         return heights
 
     def build_frame(self, point: Array) -> Array:
-        """Builds the pose X_CW, (4, 4), of the table's frame below a point of C, (3,), with Wx as Cx as possible."""
+        """Builds the pose X_CW, (4, 4), of the table's frame below a point of C, (3,).
+
+        Wx is as close to Cx as possible.
+        """
         x = np.array([1.0, 0.0, 0.0]) - self.normal[0] * self.normal
         x /= np.linalg.norm(x)
         X_CW = np.eye(4)
@@ -45,7 +48,9 @@ class Table(NamedTuple):
 
 
 def find_table(points: Array, place: Array, order: Array, rng: np.random.Generator) -> Table:
-    """Finds the table around a place by RANSAC: the plane with most readings on it, and few below it.
+    """Finds the table around a place by RANSAC.
+
+    It is the plane with most readings on it, and few below it.
 
     Args:
         points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].

@@ -1,4 +1,6 @@
-"""Splits an object into two solids along its longest axis where its width or colour changes there.
+"""Splits an object into two solids where its width or colour changes.
+
+The cut is along its longest axis.
 
 A hammer, a spoon or a brush is two solids. A label on a tin is not: only long things are split by their colour.
 """
@@ -42,11 +44,13 @@ def find_two_parts(
     mask: Mask,
     X_CW: Array,
 ) -> list[tuple[FittedSolid, Mask]] | None:
-    """Returns two solids and the pixels of each if evidence favours them over one, else None.
+    """Finds two solids and their pixels if evidence favours them over one.
+
+    Otherwise returns None.
 
     Args:
         whole: The object as one solid.
-        evidence: What the picture shows of it, in W.
+        evidence: Evidence of the picture about it, in W.
         colour: Colour picture, (height, width, 3).
         points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].
         mask: Pixels that show the object, (height, width).
@@ -90,7 +94,10 @@ def find_two_parts(
 
 
 def _find_cut(along: Array, across: Array, lab: Array) -> _Cut | None:
-    """Finds the place where width and colour change most, in units of what counts as another part."""
+    """Finds the place of the largest change in width and colour.
+
+    Units are the thresholds for another part.
+    """
     low, high = np.percentile(along, [1.0, 99.0])
     index = np.floor(_BINS * (along - low) / (high - low)).astype(int)
     width, tint = np.full(_BINS, np.nan), np.full((_BINS, 3), np.nan)
