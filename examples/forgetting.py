@@ -1,4 +1,4 @@
-"""A learner of one's own: a Kalman filter of densities that may change, so that old lifts count less and less.
+"""Example of a learner: a Kalman filter of changing densities, which discounts old lifts.
 
     affordance run linear_plus_plus --learner examples/forgetting.py:Forgetting --repeats 20
     affordance run weight --learner examples/forgetting.py:Forgetting --set learner.drift=50
@@ -19,7 +19,7 @@ from affordance.files.constraints import Setting, Within
 
 
 class Forgetting(OneDensity):
-    """Kalman filter whose densities drift: those of a colour, as with one density for each colour."""
+    """Kalman filter with drifting densities, one for each colour."""
 
     @dataclass(frozen=True)
     class Parameters:

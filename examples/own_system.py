@@ -1,4 +1,4 @@
-"""A LeafSystem of your own in the Diagram: it reads the estimator's posterior while the arm holds an object.
+"""Example of a LeafSystem in the Diagram, which reads the estimator's posterior during a hold.
 
 Prints:
 

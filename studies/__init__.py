@@ -1,1 +1,4 @@
-"""Studies: evidence about the library, produced in a clone of the repository; they import it, never the reverse."""
+"""Studies: evidence about the library, from a clone of the repository.
+
+Studies import the library, never the reverse.
+"""

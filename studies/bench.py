@@ -1,4 +1,4 @@
-"""Measures speed as ratios to other programs and to brute force, and prints one table: ``make bench``.
+"""Measures speed relative to other programs and to brute force: ``make bench``.
 
 Everything runs in one process with one thread. Compare ratios, because times change with the machine and its load.
 Two ways to do the same are timed in turns, so that the load affects both alike.
@@ -53,7 +53,10 @@ type Row = list[str]
 
 
 def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int = 1) -> list[float]:
-    """Times functions in turns; returns the median over turns of the mean time per call of each, [s]."""
+    """Times functions in turns.
+
+    Returns each function's median over turns of the mean time per call, [s].
+    """
     times: list[list[float]] = [[] for _ in calls]
     for call in calls:
         call()
@@ -67,7 +70,10 @@ def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int 
 
 
 def build_cpp_hold(tool: Tool, density: float) -> Callable[[], object]:
-    """Builds a hold with Drake's controller in C++, of the same gains and belief; returns a function that runs it."""
+    """Builds a hold with Drake's controller in C++, and returns a function that runs it.
+
+    It has the same gains and belief.
+    """
     builder, T = DiagramBuilder(), SETTINGS.mpc.horizon
     arm, believed = add_arm(builder, SETTINGS.arm), load_arm(SETTINGS.arm)
     context = believed.plant.CreateDefaultContext()
@@ -121,7 +127,7 @@ def measure_loop() -> list[Row]:
 
 
 def measure_mpc() -> list[Row]:
-    """Compares a control period with the algebra alone, and, where limits are active, with OSQP."""
+    """Compares a control period with the algebra alone and, at active limits, with OSQP."""
     arm, rng = load_arm(), np.random.default_rng(0)
     model, hold, mpc, n = (
         ArmModel(arm),
@@ -147,7 +153,10 @@ def measure_mpc() -> list[Row]:
             mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
 
     def build_program(x: Array, goal: TerminalGoal) -> MathematicalProgram:
-        """Builds what suits OSQP best: accelerations only, with hard goal and limits; it is not always feasible."""
+        """Builds the program that suits OSQP best: accelerations only, with hard goal and limits.
+
+        It is not always feasible.
+        """
         program, limits, steps = MathematicalProgram(), arm.limits, len(angle) // n
         vdot = program.NewContinuousVariables(len(angle))
         program.AddQuadraticCost(2.0 / steps * np.eye(len(angle)), np.zeros(len(angle)), vdot, is_convex=True)
@@ -195,7 +204,10 @@ def measure_mpc() -> list[Row]:
 
 
 def measure_regressor() -> list[Row]:
-    """Compares the payload regressor of 300 samples with Pinocchio, which has no regressor for a single body."""
+    """Compares the payload regressor of 300 samples with Pinocchio.
+
+    Pinocchio has no regressor for a single body.
+    """
     chain, other = build_chain(load_arm()), pinocchio.Model()
     for number in range(chain.num_joints):
         joint = pinocchio.JointModelRevoluteUnaligned(chain.axes[number])
@@ -215,7 +227,10 @@ def measure_regressor() -> list[Row]:
 
 
 def measure_strike() -> list[Row]:
-    """Measures the time to simulate a blow by either grip of the stick, while tool and nail may touch."""
+    """Measures the time to simulate a blow by either grip of the stick.
+
+    Tool and nail may touch.
+    """
     _, (stick, *_), task = hammer.read(Setup())
     memory = MaterialMemory.from_densities(list_densities([stick]))
     model, runner, seconds, contact = ArmModel(load_arm()), TrialRunner(SETTINGS), [], 0.0
@@ -240,7 +255,9 @@ def measure_strike() -> list[Row]:
 
 
 def measure_decisions() -> list[Row]:
-    """Compares choices of the stick's grip for reaching by inner simulation with simulations of both grips.
+    """Compares choices of the stick's grip by inner simulation with simulations.
+
+    The task is reaching.
 
     Half of the densities are drawn before, half after an observer's first hold, so that they include near ties.
     """
@@ -274,7 +291,7 @@ def measure_decisions() -> list[Row]:
 
 
 def measure_observers() -> list[Row]:
-    """Compares lifts of the first objects of Linear++ by 1,000 observers as arrays with the same one by one."""
+    """Compares lifts of Linear++ by 1,000 observers in arrays and one by one."""
     return [_time_lifts(learner) for learner in LEARNERS.values()]
 
 

@@ -1,4 +1,4 @@
-"""Compares the belief about brass with the reference by quadrature: ``python -m studies.exact_belief``.
+"""Compares the belief about brass with quadrature: ``python -m studies.exact_belief``.
 
 Observers of the library hold the four rods of Simulation I at rest, then the decoy once and six times. The decoy has
 the look and size of one rod and is taken for it. A second table compares beliefs after one hold of an object of two
@@ -30,7 +30,10 @@ MOMENTS = {"rod 1": 1, "rod 2": 2, "rod 3": 3, "rod 4": 4, "the decoy once": 5, 
 
 
 def main() -> None:
-    """Prints a table of the believed density of brass: observers' mean of median and SD, program and reference."""
+    """Prints the believed density of brass, from program and reference.
+
+    It is the observers' mean of median and SD.
+    """
     parser = argparse.ArgumentParser(description="Compares the belief about brass with a reference by quadrature.")
     parser.add_argument("--repeats", type=int, default=24, help="observers (default 24)")
     count = parser.parse_args().repeats
@@ -72,7 +75,10 @@ def main() -> None:
 
 
 def compare_drawn(number: int) -> list[tuple[float, float]]:
-    """Compares mean and SD of both densities with the reference, as fractions, after a hold of the calibration."""
+    """Compares both densities' mean and SD with the reference, as fractions.
+
+    The belief follows a hold of the calibration.
+    """
     config = build_config(DEFAULT_SETTINGS.noise, moves=False)
     noise, prior, hold = config.settings.noise, config.settings.prior, get_hold(config.settings.arm)
     colours = [part.looks_like.colour for part in config.tool.components]

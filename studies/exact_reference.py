@@ -1,4 +1,4 @@
-"""Computes what held objects teach about materials by quadrature alone: ``python studies/exact_reference.py``.
+"""Computes beliefs about materials by quadrature alone: ``python studies/exact_reference.py``.
 
 It follows the written model and uses nothing of the library, so that the library can be compared with it:
 
@@ -37,9 +37,10 @@ CHUNK = 16384  # densities whose likelihood is computed at once, so that arrays 
 
 
 class Model(NamedTuple):
-    """Constants of the model. ``shared_geometry``: an object's error of geometry is the same in all of its holds.
+    """Constants of the model.
 
-    ``priors`` has mean and SD by material where they differ between materials, as they do for kinds.
+    With ``shared_geometry``, an object's error of geometry is the same in all its holds. ``priors`` has mean and SD
+    by material where these differ, as for kinds.
     """
 
     prior_mean: float = 1000.0  # [kg/m^3]
@@ -52,7 +53,9 @@ class Model(NamedTuple):
 
 
 class Hold(NamedTuple):
-    """One hold: mean torques y and arm torques tau_arm, shape (n,), [N m], and A, shape (n, m), [N m / (kg/m^3)].
+    """One hold with mean torques y and arm torques tau_arm, (n,), [N m], and A.
+
+    A has shape (n, m), [N m / (kg/m^3)].
 
     Column i of A, which is Y Phi, belongs to the i-th material of the object. ``geometry`` is None, or coefficients
     G, shape (m, n, q), with F = sum_i rho_i G_i, or a function from densities (N, m) to factors F, shape (N, n, q).
@@ -66,7 +69,10 @@ class Hold(NamedTuple):
 
 
 class Marginal(NamedTuple):
-    """One density's posterior, [kg/m^3], with quantiles at ``LEVELS``, grid points and their probabilities."""
+    """Posterior of a density, [kg/m^3], with quantiles and grid.
+
+    Quantiles are at ``LEVELS``; grid points have probabilities.
+    """
 
     mean: float
     sd: float
@@ -77,7 +83,10 @@ class Marginal(NamedTuple):
 
 
 class Posterior(NamedTuple):
-    """Marginals of mu by material and of rho by (object, material), and the log probability of all torques."""
+    """Marginals of mu by material and of rho by (object, material).
+
+    It also has the log probability of all torques.
+    """
 
     mu: dict[int, Marginal]
     rho: dict[tuple[int, int], Marginal]
@@ -85,7 +94,7 @@ class Posterior(NamedTuple):
 
 
 class Axis(NamedTuple):
-    """A grid of densities x = bend log(1 + e^u), equally spaced in u, and its weights dx, [kg/m^3]."""
+    """Grid of densities x = bend log(1 + e^u), equally spaced in u, with weights dx, [kg/m^3]."""
 
     u: Array
     x: Array
@@ -96,7 +105,10 @@ Axes = dict[Any, Axis]  # by material for mu, by (object, material) for rho
 
 
 def build_axis(low: float, high: float, nodes: int) -> Axis:
-    """Builds a grid from low to high that is logarithmic near zero, where kernels are narrow, and linear above."""
+    """Builds a grid that is logarithmic near zero and linear above.
+
+    Kernels are narrow near zero.
+    """
     bend = high / 6.0
     u_low, u_high = np.log(np.expm1(np.array([low, high]) / bend))
     u = np.linspace(u_low, u_high, nodes)
@@ -104,7 +116,7 @@ def build_axis(low: float, high: float, nodes: int) -> Axis:
 
 
 def compute_log_likelihood(rho: Array, holds: Sequence[Hold], model: Model) -> Array:
-    """Computes log p(torques of all holds of one object | rho), shape (N,), for densities of shape (N, m)."""
+    """Computes log p(all torques of an object | rho), (N,), for densities, (N, m)."""
     result = np.zeros(len(rho))
     shared = []
     for hold in holds:
@@ -125,14 +137,20 @@ def compute_log_likelihood(rho: Array, holds: Sequence[Hold], model: Model) -> A
 
 
 def _correct_for_geometry(FtF: Array, Ftr: Array) -> Array:
-    """Computes log N(r; 0, D + F F') - log N(r; 0, D) from F' D^-1 F and F' D^-1 r, with the determinant."""
+    """Computes log N(r; 0, D + F F') - log N(r; 0, D) from F' D^-1 F and F' D^-1 r.
+
+    The determinant is included.
+    """
     M = np.eye(Ftr.shape[1]) + FtF
     quadratic = (Ftr[:, :, None] * np.linalg.solve(M, Ftr[:, :, None])).sum(axis=(1, 2))
     return np.asarray(0.5 * (quadratic - np.linalg.slogdet(M)[1]))
 
 
 def compute_grid_log_likelihood(axes: Sequence[Axis], holds: Sequence[Hold], model: Model) -> Array:
-    """Computes an object's log likelihood on a tensor grid, one axis for each of its materials."""
+    """Computes an object's log likelihood on a tensor grid.
+
+    Each material has an axis.
+    """
     shape = tuple(len(axis.x) for axis in axes)
     flat = np.empty(int(np.prod(shape)))
     for start in range(0, flat.size, CHUNK):
@@ -148,7 +166,10 @@ def compute_kernel(mu: Array, rho: Array, scatter: float) -> Array:
 
 
 def contract(log_f: Array, kernels: Sequence[Array]) -> Array:
-    """Computes the log of the sum over all axes b of prod_i kernels[i][a_i, b_i] f[b], axis by axis."""
+    """Computes the log of a weighted sum over all axes, axis by axis.
+
+    It is log sum_b prod_i kernels[i][a_i, b_i] f[b].
+    """
     for i, kernel in enumerate(kernels):
         top = np.maximum(np.max(log_f, axis=i, keepdims=True), -1e300)  # finite where all of f is zero
         scaled = np.moveaxis(np.exp(log_f - top), i, -1) @ kernel.T
@@ -158,13 +179,16 @@ def contract(log_f: Array, kernels: Sequence[Array]) -> Array:
 
 
 def align(array: Array, positions: Sequence[int], ndim: int) -> Array:
-    """Makes axis j of the array axis positions[j] of ndim axes; the others get length one."""
+    """Moves axis j of an array to positions[j] of ndim axes.
+
+    The others have length one.
+    """
     missing = tuple(axis for axis in range(ndim) if axis not in positions)
     return np.expand_dims(np.transpose(array, np.argsort(positions)), missing)
 
 
 def compute_marginals(log_mass: Array, axes: Sequence[Axis]) -> list[Marginal]:
-    """Computes the marginal of each axis from unnormalised log masses on a tensor grid."""
+    """Computes each axis's marginal from unnormalised log masses on a tensor grid."""
     mass = np.exp(log_mass - log_mass.max())
     marginals = []
     for i, axis in enumerate(axes):
@@ -181,7 +205,10 @@ def compute_marginals(log_mass: Array, axes: Sequence[Axis]) -> list[Marginal]:
 
 
 def integrate(objects: dict[int, list[Hold]], owned: dict[int, Sequence[int]], axes: Axes, model: Model) -> Posterior:
-    """Integrates over given grids. All materials of these objects have one joint grid, in ascending order."""
+    """Integrates over given grids.
+
+    All materials of these objects have one joint grid, in ascending order.
+    """
     names = sorted({i for k in objects for i in owned[k]})
     log_prior = np.zeros([1] * len(names))
     for position, i in enumerate(names):
@@ -212,7 +239,10 @@ def integrate(objects: dict[int, list[Hold]], owned: dict[int, Sequence[int]], a
 
 
 def narrow(marginal: Marginal, nodes: int) -> Axis:
-    """Builds a finer grid where a marginal is above 1e-7 of its maximum, and above 1e-5 of its mean."""
+    """Builds a finer grid around a marginal.
+
+    There it is above 1e-7 of its maximum, and above 1e-5 of its mean.
+    """
     (kept,) = np.nonzero(marginal.mass > 1e-7 * marginal.mass.max())
     low, high = marginal.grid[max(kept[0] - 2, 0)], marginal.grid[min(kept[-1] + 2, len(marginal.grid) - 1)]
     return build_axis(max(low, 1e-5 * marginal.mean), high, nodes)
@@ -221,7 +251,7 @@ def narrow(marginal: Marginal, nodes: int) -> Axis:
 def compute_posterior(
     holds: Iterable[Hold], materials: Sequence[Sequence[int]], model: Model, nodes: int | None = None
 ) -> Posterior:
-    """Computes the posterior of all mean densities and of all objects' densities, given all holds.
+    """Computes the posterior of mean and object densities, given all holds.
 
     Materials that share no object, directly or through others, are integrated apart from each other. Grids are first
     wide, then narrowed three times to where the posterior is.
@@ -273,7 +303,9 @@ Case = tuple[list[Hold], list[tuple[int, ...]], Model]
 def build_case(
     rods: Sequence[Sequence[float]], num_holds: int, *, lengths: Any = None, error: float = 0.0, shared: bool = False
 ) -> Case:
-    """Draws holds of rods, given the densities of their parts; the errors of joints are the same in all cases.
+    """Draws holds of rods with given densities of their parts.
+
+    The errors of joints are the same in all cases.
 
     ``error`` is the relative SD of a rod's volume that the model assumes, and times 10 cm the SD of its centre.
     Without ``lengths``, [m], each rod has equal parts and 30 cm.
@@ -309,9 +341,10 @@ def build_cases() -> dict[str, Case]:
 
 
 def load_holds(path: Path) -> Case:
-    """Loads holds: ``object`` (H,), ``y`` and ``tau_arm`` (H, n), ``A`` (H, n, m) and ``materials`` (K, m) by object.
+    """Loads holds from a file.
 
-    Missing materials are -1 at the end of a row, and their columns are ignored. ``geometry``, shape (H, m, n, q), is
+    It has ``object`` (H,), ``y`` and ``tau_arm`` (H, n), ``A`` (H, n, m) and ``materials`` (K, m) by object. Missing
+    materials are -1 at the end of a row, and their columns are ignored. ``geometry``, shape (H, m, n, q), is
     optional. Scalars named like a field of ``Model`` replace its default.
     """
     with np.load(path) as file:
@@ -325,7 +358,10 @@ def load_holds(path: Path) -> Case:
 
 
 def compare_doubled(case: Case, nodes: int | None = None) -> tuple[Posterior, float]:
-    """Computes a posterior with doubled nodes, and the largest relative change of a mean, SD or median."""
+    """Computes a posterior with doubled nodes, and the largest relative change.
+
+    The change is that of a mean, SD or median.
+    """
     holds, owned, model = case
     size = nodes or NODES[max(len(own) for own in owned)]
     base, doubled = (compute_posterior(holds, owned, model, n) for n in (size, 2 * size))

@@ -1,4 +1,7 @@
-"""Numbers that separate the random draws of studies; none equals one of the library's ``Stream``."""
+"""Seeds that separate the random draws of studies.
+
+None equals one of the library's ``Stream``.
+"""
 
 import enum
 

@@ -1,4 +1,4 @@
-"""Shared part of all studies' commands: checks options, stores results, writes files and prints.
+"""Shared part of all studies' commands: options, results, files and printing.
 
 A study is a folder with a module ``command.py`` that defines ``STUDY``.
 """
@@ -50,7 +50,7 @@ type Work = Callable[[Path], Iterable[Findings]]
 
 
 class Task(NamedTuple):
-    """Task without findings, such as a table that an option asks for."""
+    """Task without findings, such as printing a table."""
 
     run: Callable[[], int]  # function that does the task, prints the result, and returns the exit status
 
@@ -81,7 +81,9 @@ class Study:
             refuse_changes(arguments, names, why)
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the study, writes its findings and prints their path; returns the exit status.
+        """Runs the study, writes its findings and prints their path.
+
+        Returns the exit status.
 
         Raises:
             AffordanceError: An argument or a file is invalid.
@@ -107,14 +109,14 @@ class Study:
 
 
 def add_only(parser: argparse.ArgumentParser, names: Iterable[str], what: str) -> None:
-    """Adds ``--only``, which selects parts of a study by their names."""
+    """Adds ``--only``, which selects parts of a study by name."""
     names = tuple(names)
     help_ = f"only these {what}, of {', '.join(names)} (default: all)"
     parser.add_argument("--only", nargs="+", choices=names, default=[], metavar="NAME", help=help_)
 
 
 def read_settings(arguments: argparse.Namespace) -> Settings:
-    """Returns the settings of ``--set``, with the arm of ``--models``.
+    """Returns the settings of ``--set`` with the arm of ``--models``.
 
     Raises:
         BadValueError: A setting is unknown, or its value has the wrong type or is out of bounds.
@@ -132,7 +134,7 @@ def run_kept[C](
     jobs: int,
     description: str,
 ) -> dict[str, NDArray[Any]]:
-    """Runs, in several processes, the repeats of a configuration that the study's folder does not contain yet.
+    """Runs the missing repeats of a configuration in several processes.
 
     A stored repeat is valid as long as its configuration, the models, and the sources of all studies are unchanged
     (one study may use another's sources).
@@ -155,7 +157,7 @@ def run_kept[C](
 
 
 def write_findings(findings: Findings, folder: Path) -> Path:
-    """Writes the findings of a study and, if they have a section, the common report of all studies.
+    """Writes a study's findings, and the common report if they have a section.
 
     Returns:
         Path of the report, or of metrics.json if there is no section.
@@ -174,7 +176,7 @@ def write_findings(findings: Findings, folder: Path) -> Path:
 
 
 def print_section(section: Section) -> None:
-    """Prints the claims of a study with their results, and its text."""
+    """Prints a study's claims with results, and its text."""
     for claim in section.claims:
         found = "; ".join(f"{each.name} {each.value}, {each.bound}" for each in claim.criteria)
         print(f"{'met    ' if claim.met else 'not met'} {claim.text} {found}")

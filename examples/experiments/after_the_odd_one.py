@@ -1,4 +1,4 @@
-"""The lift after the odd one: is whatever follows the odd object of Linear++ lifted harder than the rest?
+"""Tests if the lift after the odd object of Linear++ is harder than the others.
 
 affordance run after_the_odd_one.py --repeats 12
 """
@@ -14,7 +14,10 @@ from affordance.extensions.people.participant import LiftSettings
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the mean of force less weight, [N], of the lift after the odd one, and of the other family lifts."""
+    """Computes the mean of force less weight, [N], after the odd object and elsewhere.
+
+    Other lifts are of the family.
+    """
     error = lifts["force"] - lifts["weight"]
     is_odd = lifts["object"] == "test"
     follows = is_odd.shift(fill_value=False) & ~is_odd
@@ -23,7 +26,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def run(setup: Setup) -> Results:
-    """Runs it."""
+    """Runs the experiment."""
     lifts = run_lifts("after_the_odd_one", setup, linear.make_objects("linear_plus_plus"), linear.design)
     numbers = summarise_lifts(lifts, measure, setup)
     found = numbers["learners"]["density"]

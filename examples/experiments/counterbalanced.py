@@ -1,4 +1,4 @@
-"""Weights that are counterbalanced in two groups: who learned that large is heavy, or light, lifts a new size.
+"""Counterbalanced weights in two groups: large objects are heavy or light, then a new size comes.
 
 Run it with Python to write counterbalanced.csv again, then
 
@@ -15,7 +15,10 @@ MASSES = {0: [0.4, 0.6, 0.8], 1: [0.8, 0.6, 0.4]}  # of the family in the groups
 
 
 def design(participant: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one participant; in which order sizes come first is balanced over participants."""
+    """Draws the trials of one participant.
+
+    The first order of sizes is balanced over participants.
+    """
     first = repeat(counterbalance(FAMILY, participant // 2), 1, rng, block="learn", order="fixed")
     learn = pd.concat([first, repeat(FAMILY, 7, rng, block="learn")])
     masses = dict(zip(FAMILY, MASSES[participant % 2], strict=True))

@@ -1,4 +1,4 @@
-"""Numbers of some cycles: how far the lifts of the family in Linear+ are off in cycles 24 to 30, and before.
+"""Compares the family's lift errors in Linear+ in cycles 24 to 30 with those before.
 
 affordance run cycles_24_to_30.py --repeats 12
 """
@@ -22,7 +22,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def run(setup: Setup) -> Results:
-    """Runs it."""
+    """Runs the experiment."""
     lifts = run_lifts("cycles_24_to_30", setup, linear.make_objects("linear_plus"), linear.design)
     numbers = summarise_lifts(lifts, measure, setup)
     found = numbers["learners"]["kinds_drawn"]

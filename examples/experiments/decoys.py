@@ -1,7 +1,7 @@
-"""Beliefs about what a decoy looks like, after many holds of it.
+"""Computes beliefs about a decoy's apparent material after many holds of it.
 
-The objects of Simulation I are held once, those of Simulation II three times; then their decoys, of which the second
-is the twin of an honest object.
+The objects of Simulation I are held once, those of Simulation II three times; then their decoys. The second decoy is
+the twin of an honest object.
 
 affordance run decoys.py --repeats 200
 """
@@ -26,7 +26,10 @@ DECOYS = (0, 1, 2, 6, 12)  # holds of a decoy
 
 
 def hold(setup: Setup, learner: Learner, simulation: ModuleType, order: list[int]) -> tuple[np.ndarray, ...]:
-    """Returns densities, (observers, colours), and error of the force and p-value in the last hold, (observers,)."""
+    """Simulates holds, and returns densities, (observers, colours), and errors.
+
+    Force error and p-value are from the last hold, (observers,).
+    """
     lifter = StaticLifter(simulation.read(setup), setup.change(learner=learner).settings)
     drawn, felt = (
         [(setup.seed, number, stream) for number in range(setup.observers)] for stream in (Stream.KINDS, Stream.LIFT)
@@ -38,7 +41,7 @@ def hold(setup: Setup, learner: Learner, simulation: ModuleType, order: list[int
 
 
 def run(setup: Setup) -> Results:
-    """Holds each decoy several times, with each learner."""
+    """Simulates several holds of each decoy with each learner."""
     rows = []
     for learner in list_learners(setup.settings.learner):
         for count in DECOYS:

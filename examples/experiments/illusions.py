@@ -1,8 +1,8 @@
 """Size-weight illusion, material-weight illusion, and both crossed: forces and judged heaviness.
 
-Observers lift the family of each look ten times, and then test objects, which all weigh the same, twenty times each.
-The claims were stated before the first run; several came out wrong (docs/heaviness.md). They were stated without
-looking up published values of such studies.
+Observers lift the family of each look ten times, and then each test object twenty times. All test objects weigh the
+same. The claims were stated before the first run; several came out wrong (docs/heaviness.md). They were stated
+without looking up published values of such studies.
 
     affordance run examples/experiments/illusions.py
 """
@@ -122,7 +122,10 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the contrasts of heaviness and force at the last lifts for each observer of every learner."""
+    """Computes contrasts of heaviness and force at the last lifts for each observer.
+
+    Every learner has its observers.
+    """
     values: dict[str, dict[str, Array]] = {}
     for (design, learner), own in collect(setup).groupby(["design", "learner"], sort=False):
         contrasts = measure_contrasts(str(design), own)
@@ -137,7 +140,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> list[list[Tool]]:
-    """Makes the objects of each design, and checks that the arm can hold them."""
+    """Builds the objects of each design, and checks that the arm can hold them."""
     tools = [make_objects(illusion) for illusion in ILLUSIONS.values()]
     for name, own in zip(ILLUSIONS, tools, strict=True):
         check_can_be_lifted(name, own, setup.settings)
@@ -145,7 +148,10 @@ def read(setup: Setup) -> list[list[Tool]]:
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner do all designs; returns a row for each lift, with its ``design``."""
+    """Simulates all designs with observers of each learner.
+
+    Returns a row for each lift, with its ``design``.
+    """
     learners = [*list_learners(setup.settings.learner), OWN_MEMORY, OWN_AND_SHARED]
     return pd.concat(
         [run_illusion(name, setup, learners).assign(design=name) for name in ILLUSIONS], ignore_index=True
@@ -153,7 +159,7 @@ def collect(setup: Setup) -> pd.DataFrame:
 
 
 def make_objects(illusion: Illusion) -> list[Tool]:
-    """Makes the objects of a design: the families of all looks, then the test objects."""
+    """Builds a design's objects: all looks' families, then the test objects."""
     tools = []
     for look, (colour, density) in illusion.looks.items():
         for height in HEIGHTS:
@@ -167,7 +173,10 @@ def make_objects(illusion: Illusion) -> list[Tool]:
 
 
 def make_design(illusion: Illusion) -> Design:
-    """Returns the function that draws one observer's trials; every second observer has the reverse test order."""
+    """Returns the function that draws one observer's trials.
+
+    Every second observer has the reverse test order.
+    """
     return partial(_draw, illusion)
 
 
@@ -179,18 +188,23 @@ def _draw(illusion: Illusion, observer: int, rng: np.random.Generator) -> pd.Dat
 
 
 def build_trials(name: str, participants: int, *, seed: int = 0) -> pd.DataFrame:
-    """Builds the trial table of a design, for ``affordance lift`` or for a laboratory."""
+    """Builds a design's trial table, for ``affordance lift`` or a laboratory."""
     return build_table(make_design(ILLUSIONS[name]), participants, seed=seed)
 
 
 def run_illusion(name: str, setup: Setup, learners: Sequence[Learner] = ()) -> pd.DataFrame:
-    """Lets observers of each learner do the design with a given name; returns a row for each lift."""
+    """Simulates a design, given by name, with observers of each learner.
+
+    Returns a row for each lift.
+    """
     illusion = ILLUSIONS[name]
     return run_lifts(f"illusions/{name}", setup, make_objects(illusion), make_design(illusion), learners)
 
 
 def measure_contrasts(name: str, lifts: pd.DataFrame) -> pd.DataFrame:
-    """Measures contrasts of force and heaviness between test objects, at the first lift and over the last five.
+    """Computes contrasts of force and heaviness between test objects.
+
+    They are at the first lift and over the last five.
 
     A contrast is the natural logarithm of a ratio.
 
@@ -226,13 +240,16 @@ def _contrast(name: str, logs: pd.Series) -> dict[str, float]:
 
 
 def summarise(contrasts: pd.DataFrame) -> pd.DataFrame:
-    """Computes ``mean`` and standard error ``se`` of each contrast, by design, learner, ratio (``of``) and moment."""
+    """Computes each contrast's ``mean`` and standard error ``se``.
+
+    Rows are by design, learner, ratio (``of``) and moment.
+    """
     groups = contrasts.groupby(["design", "contrast", "learner", "of", "moment"], sort=False)["value"]
     return pd.DataFrame({"mean": groups.mean(), "se": groups.sem()})
 
 
 def judge(contrasts: pd.DataFrame) -> list[ClaimResult]:
-    """Judges what was stated before the first run, learner by learner."""
+    """Tests the claims from before the first run, learner by learner."""
     found = summarise(contrasts)
     first, last = (found["mean"].xs(moment, level="moment") for moment in ("first", "last"))
     kinds, by_look = ("kinds_map", "kinds_drawn"), ("density", "kinds_map", "kinds_drawn", "own_and_shared")
@@ -291,7 +308,10 @@ def judge(contrasts: pd.DataFrame) -> list[ClaimResult]:
 
 
 def tabulate(found: pd.DataFrame) -> pd.DataFrame:
-    """Tabulates contrasts: a row for each effect and learner, columns for force and heaviness, first and last."""
+    """Tabulates contrasts by effect and learner.
+
+    Columns are force and heaviness, first and last.
+    """
     cells = [f"{mean:+.2f} ({se:.2f})" for mean, se in zip(found["mean"], found["se"], strict=True)]
     table = pd.Series(cells, found.index).unstack(["of", "moment"], sort=False)
     table.columns = table.columns.map(", ".join)
@@ -304,7 +324,10 @@ def _write_tables(name: str, lifts: pd.DataFrame, folder: Path) -> None:
 
 
 def draw(found: pd.DataFrame) -> Figure:
-    """Draws the contrasts: a panel for each effect, a row for each learner; first lifts open, last lifts filled."""
+    """Plots contrasts with a panel per effect and a row per learner.
+
+    First lifts are open, last lifts filled.
+    """
     figure = Figure(figsize=(10.0, 6.2), layout="constrained")
     panels = figure.subplots(2, 2, sharey=True)
     learners = [*dict.fromkeys(found.index.get_level_values("learner"))]

@@ -1,4 +1,6 @@
-"""Choice of the next object to lift after an odd one, and of when to stop. A design not yet tried with people.
+"""Choice of the next object after an odd one, and of when to stop.
+
+The design is not yet tested with people.
 
 A rod of steel and a rod of beech become familiar. Then observers hold an odd rod: it looks like steel but is made of
 beech. From then on they choose what to hold: another rod that looks like steel, another rod of beech, or a rod or a
@@ -117,14 +119,14 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool]]:
-    """Reads the objects, and the tools whose grips will be chosen."""
+    """Loads the objects, and the tools for the choice of grips."""
     things, tools = read_tools(setup.models, OBJECTS), read_tools(setup.models, TOOLS)[:2]
     check_can_be_held(setup.models / OBJECTS, things, setup.settings)
     return things, tools
 
 
 def collect(setup: Setup) -> xr.Dataset:
-    """Runs the observers of each learner."""
+    """Simulates the observers of each learner."""
     things, _ = read(setup)
     parts = [
         run_observers("next_lift", setup.change(learner=learner), observe, things).assign_coords(learner=learner.name)
@@ -136,7 +138,7 @@ def collect(setup: Setup) -> xr.Dataset:
 def hold(
     setup: Setup, things: Sequence[Tool], observer: int
 ) -> tuple[list[int], list[MaterialMemory], list[TrialRecord], list[bool]]:
-    """Lets one observer hold the familiar rods, then the odd rod, then one object of its choice after another.
+    """Simulates one observer's holds: familiar rods, the odd rod, then chosen objects.
 
     Returns: Index of the object in each trial; memories before the first trial and after each; records; and for each
         trial whose object is chosen, whether the observer would rather have stopped before it.
@@ -174,7 +176,7 @@ def hold(
 def choose(
     offered: Sequence[Tool], things: Sequence[Tool], memory: MaterialMemory, setup: Setup, seed: tuple[int, ...]
 ) -> tuple[int, bool]:
-    """Chooses the object to hold next: the one whose hold is worth most for the tasks.
+    """Chooses the object whose hold is worth most for the tasks.
 
     Returns: Place of the chosen object among ``offered``, and True if no object is worth holding.
     """
@@ -199,7 +201,10 @@ def choose(
 
 
 def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer; returns what it held, when it would have stopped, and what its holds show."""
+    """Simulates one observer.
+
+    Returns its holds, its stopping point, and their results.
+    """
     order, memories, records, stopped = hold(setup, things, observer)
     return xr.Dataset(
         {
@@ -215,7 +220,7 @@ def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset, things: Sequence[Tool]) -> dict[str, xr.DataArray]:
-    """Computes the numbers of each observer; the odd rod is lift 1."""
+    """Computes the numbers of each observer. The odd rod is lift 1."""
     names = [thing.name for thing in things]
     objects = data.object.isel(trial=slice(len(FAMILIAR), None))
     place = xr.DataArray(np.arange(1.0, objects.sizes["trial"] + 1.0), dims="trial")
@@ -242,7 +247,7 @@ def summarise(each: Mapping[str, xr.DataArray]) -> dict[str, Any]:
 
 
 def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
-    """Judges the predictions."""
+    """Tests the predictions."""
     one, kinds = n["density"], n["kinds_map"]
     return [
         claim("like_next", "ours, a prediction", "After the odd rod, the rod that looks like it is lifted next.",
@@ -279,7 +284,10 @@ def tabulate_lifts(data: xr.Dataset, things: Sequence[Tool]) -> pd.DataFrame:
 
 
 def draw_things(things: Sequence[Tool]) -> Any:
-    """Draws the objects to choose from; the first, the odd rod, is drawn as it looks and as it is made."""
+    """Draws the objects to choose from.
+
+    The first, the odd rod, is drawn as it looks and as it is made.
+    """
     odd, *others = things
     drawings = [Drawing(odd, f"1: {label(odd.name)}, as it looks")]
     drawings += [Drawing(odd, f"1: {label(odd.name)}, as it is made", as_made=True)]

@@ -1,4 +1,6 @@
-"""A statistic by observer with its plot: the slope of force over weight in Linear+, one number for each observer.
+"""Example of a statistic with its plot: slope of force over weight in Linear+.
+
+Each observer has one number.
 
 affordance run own_statistic.py --repeats 12
 """
@@ -18,14 +20,17 @@ from affordance.extensions.people.participant import LiftSettings
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the slope of force over weight of the family's first cycles, 1 for who knows all weights."""
+    """Computes the slope of force over weight in the family's first cycles.
+
+    It is 1 for an observer who knows all weights.
+    """
     family = lifts[(lifts["block"] == "family") & (lifts["cycle"] <= 3)]
     slope, _ = np.polyfit(family["weight"], family["force"], 1)
     return pd.Series({"slope": slope})
 
 
 def draw(lifts: pd.DataFrame) -> Figure:
-    """Draws the slopes of all observers, by learner."""
+    """Plots the slopes of all observers, by learner."""
     figure = Figure(figsize=(6, 3), layout="constrained")
     axes = figure.subplots()
     for row, (learner, found) in enumerate(measure_each(lifts, measure).items()):
@@ -36,7 +41,7 @@ def draw(lifts: pd.DataFrame) -> Figure:
 
 
 def run(setup: Setup) -> Results:
-    """Runs it."""
+    """Runs the experiment."""
     lifts = run_lifts("own_statistic", setup, linear.make_objects("linear_plus"), linear.design)
     numbers = summarise_lifts(lifts, measure, setup)
     return Results(

@@ -1,4 +1,4 @@
-"""Exclusion and replacement: observers who did not learn the family are left out, and others take their place.
+"""Example of exclusion: observers who did not learn the family are replaced.
 
 affordance run replaced_participants.py --repeats 12
 """
@@ -19,13 +19,16 @@ LIMIT = 0.02  # largest mean error in the third cycle of the family, as a share 
 
 
 def has_learned(lifts: pd.DataFrame) -> bool:
-    """Says whether one observer, or person, lifted the family by its weight in the third cycle."""
+    """Returns True if the third cycle's forces follow the family's weights.
+
+    The lifts are one observer's or person's.
+    """
     last = lifts[(lifts["block"] == "family") & (lifts["cycle"] == 3)]
     return bool(((last["force"] - last["weight"]).abs() / last["weight"]).mean() <= LIMIT)
 
 
 def collect(setup: Setup) -> tuple[pd.DataFrame, int]:
-    """Tests observers until as many have learned as were asked for; none is run twice."""
+    """Simulates observers until enough have learned. None is run twice."""
     tools, tested = linear.make_objects("linear_plus_plus"), setup.observers
     while True:
         more = replace(setup, observers=tested)
@@ -38,7 +41,7 @@ def collect(setup: Setup) -> tuple[pd.DataFrame, int]:
 
 
 def run(setup: Setup) -> Results:
-    """Runs it."""
+    """Runs the experiment."""
     lifts, tested = collect(setup)
     numbers = {
         **summarise_lifts(lifts, linear.measure, setup),

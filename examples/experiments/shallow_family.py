@@ -1,4 +1,4 @@
-"""A family whose weight is an offset plus a density times volume: which learners can learn it?
+"""Tests which learners can learn a family whose weight is linear in volume, with an offset.
 
 The weight of five cylinders of one look is .45 kg plus .75 g/cm^3 times volume, so small cylinders are denser than
 large ones. Learners by density alone make lasting errors: with one density, small cylinders seem too light and large
@@ -59,7 +59,7 @@ def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> d
 
 
 def make_objects() -> list[Tool]:
-    """Makes the objects."""
+    """Builds the objects."""
     tools = []
     for height in HEIGHTS:
         mass = INTERCEPT + DENSITY * np.pi * RADIUS**2 * height
@@ -68,12 +68,12 @@ def make_objects() -> list[Tool]:
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer: cycles of all objects in random order."""
+    """Draws one observer's trials: cycles of all objects in random order."""
     return repeat([f"cylinder_{1000 * each:.0f}mm" for each in HEIGHTS], CYCLES, rng, block="all")
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from its lifts in order."""
+    """Computes the numbers of one observer or person from its lifts in order."""
     means = {
         name: lifts.loc[lifts["object"] == name, ["force", "weight"]].tail(LAST).mean()
         for name in (SMALLEST, LARGEST)
@@ -89,7 +89,10 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def list_all_learners(setup: Setup) -> Sequence[Learner]:
-    """Lists all learners, since a memory of each object does not err."""
+    """Lists all learners.
+
+    A memory of each object does not err here.
+    """
     return [*list_learners(setup.settings.learner), *RIVALS.values()]
 
 

@@ -1,4 +1,6 @@
-"""Does one odd member spoil a family? A design of ours that nobody has done yet.
+"""Tests if one odd member spoils a family.
+
+This design is ours and not yet tested with people.
 
 Four cylinders of one look become familiar. Then an odd object of the same look, with a size between theirs, is lifted
 six times in a row; it weighs a third of what its size predicts. Then the family is lifted again. Expected: with one
@@ -82,20 +84,23 @@ def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> d
 
 
 def make_objects() -> list[Tool]:
-    """Makes the objects."""
+    """Builds the objects."""
     tools = [cylinder(name, radius=RADIUS, height=height, mass=DENSITY * height) for name, height in FAMILY.items()]
     tools.append(cylinder("odd", radius=RADIUS, height=ODD_HEIGHT, mass=ODD_MASS))
     return tools
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists standard deviations between people; that of the share is computed from that of the force."""
+    """Lists the SDs between people.
+
+    The share's SD is computed from the force's.
+    """
     share = SPREADS["family_after_N"].sd / means["family_weight_N"]
     return {**SPREADS, "spoilt": PeopleSpread(share, "calculated from the others")}
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer: the family, six lifts of the odd object, the family once more."""
+    """Draws one observer's trials: the family, six lifts of the odd object, the family again."""
     return pd.concat(
         [
             repeat([*FAMILY], 10, rng, block="family"),
@@ -106,7 +111,7 @@ def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from its lifts in order."""
+    """Computes the numbers of one observer or person from its lifts in order."""
     odd, family = lifts[lifts["object"] == "odd"], lifts[lifts["object"] != "odd"]
     after, weight = family["force"].tail(4).to_numpy().mean(), family["weight"].tail(4).to_numpy().mean()
     return pd.Series(
@@ -123,7 +128,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
-    """Judges the prediction."""
+    """Tests the prediction."""
     difference = n["density"]["spoilt"] - n["kinds_map"]["spoilt"]
     return [
         claim("apart", "ours, a prediction", "Learners differ in the force for the family after the odd object.",

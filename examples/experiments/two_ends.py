@@ -1,4 +1,4 @@
-"""Two ends: by which end do people hold a stick of two unknown materials, to reach and to hit with it?
+"""Tests by which end people hold a stick of two unknown materials, to reach and to hit.
 
 A participant sees two new colours; one belongs to a material eleven times as dense as the other. Both are felt only
 in the two objects of Simulation II, of equal weight, with their steel far from or near the hand. After 0, 1, 2 and 6
@@ -66,7 +66,10 @@ MOST_EXACT = 200  # most participants (per group) for which tests are exact
 
 
 def build_trials() -> pd.DataFrame:
-    """Builds the trial table; dense colour, first object and first task are balanced, sides are random."""
+    """Builds the trial table.
+
+    Dense colour, first object and first task are balanced, and sides are random.
+    """
     rng, tables = np.random.default_rng(SEED), []
     places = np.concatenate([rng.permutation(8) for _ in range(PARTICIPANTS // 8)])
     for participant, place in enumerate(places, start=1):
@@ -92,7 +95,7 @@ def build_trials() -> pd.DataFrame:
 
 
 def build_data_sheet() -> pd.DataFrame:
-    """Builds the data sheet: numbered trials with an instruction, and empty columns to fill in."""
+    """Builds the data sheet: numbered instructions, with empty columns to fill in."""
     table = build_trials()
     table.insert(1, "trial", table.groupby("participant").cumcount() + 1)
     table["instruction"] = table["task"].map(INSTRUCTIONS)
@@ -100,7 +103,7 @@ def build_data_sheet() -> pd.DataFrame:
 
 
 def make_objects(models: Path) -> list[Tool]:
-    """Makes the two objects to lift and the stick, for either colour of the dense material."""
+    """Builds the two objects to lift and the stick, for both colours of the dense material."""
     far, near = load_tools(models / "tools" / "com.yaml")[:2]
     stick = load_tools(models / "tools" / "novel.yaml")[0]
     heaviest = max(part.material.density for part in stick.components)
@@ -122,7 +125,10 @@ def make_objects(models: Path) -> list[Tool]:
 
 
 def read(setup: Setup) -> TrialTable:
-    """Reads the first participants' rows of the frozen table, and checks that the arm can hold all objects."""
+    """Reads the frozen table's rows of the first participants.
+
+    Checks that the arm can hold all objects.
+    """
     trials = build_trials()
     if (found := hash_trials(trials)) != FROZEN:
         raise AffordanceError(f"two_ends: the trial table has SHA-256 {found}, must have {FROZEN}, which is frozen")
@@ -133,7 +139,10 @@ def read(setup: Setup) -> TrialTable:
 
 
 def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner do the trials; returns their choices, with ``right`` for the right end."""
+    """Simulates the trials with observers of each learner.
+
+    Returns their choices, with ``right`` for the right end.
+    """
     arm = load_arm(setup.settings.arm)
     tasks = {task: load_task(setup.models, task, arm) for task in TASKS}
     repeats = max(1, math.ceil(setup.observers / PARTICIPANTS))
@@ -151,7 +160,9 @@ def _list_learners(setup: Setup) -> Sequence[Learner]:
 
 
 def read_choices(path: Path) -> pd.DataFrame:
-    """Reads the choices of a filled data sheet, with the columns of simulated choices; a row for each answer.
+    """Reads the choices of a filled data sheet, a row for each answer.
+
+    The columns are those of simulated choices.
 
     Rows may be in any order, and participants may be missing. Choices without an answer are left out. ``observer``
     numbers the participants in the order of the sheet.
@@ -183,7 +194,10 @@ def read_choices(path: Path) -> pd.DataFrame:
 
 
 def measure(choices: pd.DataFrame) -> pd.DataFrame:
-    """Measures shares of observers that are right in each task, and that agree: right in both or in neither."""
+    """Computes shares of observers that are right in each task, and that agree.
+
+    They agree if they are right in both or in neither.
+    """
     wide = choices.pivot(index=["learner", "observer", "lifts"], columns="task", values="right")
     wide["agree"] = (wide["reach"] == wide["hammer"]).where(wide.notna().all(axis=1))
     rows = []
@@ -199,7 +213,9 @@ def measure(choices: pd.DataFrame) -> pd.DataFrame:
 
 
 def count_people(one: float, other: float | None = None) -> float:
-    """Computes the participants needed to tell a share from chance or, per group, from another share.
+    """Computes the participants needed to detect a share.
+
+    It is compared with chance or, per group, with another share.
 
     Tests are one-sided and exact: the binomial test, or Fisher's. If more than ``MOST_EXACT`` are needed, the number
     is that of the normal approximation.
@@ -225,7 +241,10 @@ def count_people(one: float, other: float | None = None) -> float:
 
 @cache
 def _mark_significant(count: int) -> Array:
-    """Marks pairs of hits, (count + 1, count + 1), where Fisher's one-sided test finds more in the first group."""
+    """Marks pairs of hits with a significant result, (count + 1, count + 1).
+
+    Fisher's one-sided test finds more hits in the first group.
+    """
     first, total = np.arange(count + 1), np.arange(2 * count + 1)[:, None]
     probability = binom(count, first) * binom(count, total - first) / binom(2 * count, total)
     p_value = np.cumsum(probability[:, ::-1], axis=1)[:, ::-1]
@@ -234,7 +253,10 @@ def _mark_significant(count: int) -> Array:
 
 
 def contrast(shares: pd.DataFrame) -> pd.DataFrame:
-    """Contrasts learners with chance and with each other; sorts contrasts by the participants that they need."""
+    """Compares learners with chance and with each other.
+
+    Contrasts are sorted by the required participants.
+    """
     rows = []
     for (name, lifts), own in shares[shares["measure"] != "agree"].groupby(["measure", "lifts"], sort=False):
         by_learner = dict(zip(own["learner"], own["share"], strict=True))
@@ -249,7 +271,7 @@ def contrast(shares: pd.DataFrame) -> pd.DataFrame:
 
 
 def judge(shares: pd.DataFrame) -> list[ClaimResult]:
-    """Judges the predictions, which people may contradict."""
+    """Tests the predictions, which people may contradict."""
 
     def get(column: str, lifts: int, *learners: str, task: str | None = None) -> Array:
         is_meant = shares["measure"].isin([task] if task else TASKS) & (shares["lifts"] == lifts)
@@ -319,7 +341,10 @@ def _write_table(name: str, build: Callable[[], pd.DataFrame], folder: Path) -> 
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes for each observer of every learner whether its choice is right, by task and number of lifts."""
+    """Computes if each observer's choice is right, by task and number of lifts.
+
+    Every learner has its observers.
+    """
     choices, values = collect(setup), dict[str, Mapping[str, Any]]()
     for learner, own in choices.groupby("learner", sort=False):
         wide = own.pivot(index="observer", columns=["task", "lifts"], values="right").astype(float)
@@ -329,7 +354,10 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
-    """Tabulates shares with intervals: rows are learners and measures, columns are numbers of lifts."""
+    """Tabulates shares with intervals.
+
+    Rows are learners and measures, columns are numbers of lifts.
+    """
     shown = shares.assign(
         cell=[f"{row.share:.2f} [{row.low:.2f}, {row.high:.2f}]" for row in shares.itertuples()],
         who=[label_learner(str(learner)) for learner in shares["learner"]],
@@ -339,7 +367,10 @@ def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
 
 
 def tabulate_contrasts(contrasts: pd.DataFrame) -> pd.DataFrame:
-    """Tabulates contrasts between the shares of right choices of two learners, or of one learner and chance."""
+    """Tabulates contrasts between two learners, or a learner and chance.
+
+    They are between shares of right choices.
+    """
     titles = {"one": "learner", "other": "compared with", "share_one": "its share", "share_other": "other share"}
     shown = contrasts.assign(
         one=contrasts["one"].map(label_learner),
@@ -359,7 +390,10 @@ def _describe(shares: pd.DataFrame) -> list[str]:
 
 
 def draw(shares: pd.DataFrame) -> Figure:
-    """Draws the shares against the number of lifts: a panel for each task, and one for agreement."""
+    """Plots shares against the number of lifts.
+
+    There is a panel for each task, and one for agreement.
+    """
     figure = Figure(figsize=(10.0, 3.6))
     panels = figure.subplots(1, 3, sharey=True)
     titles = {"reach": "right end to reach", "hammer": "right end to hit", "agree": "both right, or both wrong"}

@@ -69,26 +69,29 @@ def describe(setup: Setup, lifts: pd.DataFrame, numbers: Mapping[str, Any]) -> d
 
 
 def make_objects() -> list[Tool]:
-    """Makes the objects."""
+    """Builds the objects."""
     sizes = {**SMALL, **LARGE}
     tools = [cylinder(name, radius=RADIUS, height=height, mass=mass) for name, (height, mass) in sizes.items()]
     return tools
 
 
 def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
-    """Lists standard deviations between people; for the ratio, to first order, as if its forces were independent."""
+    """Lists the SDs between people.
+
+    The ratio's is of first order, as if its forces were independent.
+    """
     shares = [SPREADS[name].sd / means[name] for name in ("small_N", "large_N")]
     ratio = (means["large_N"] / means["large_weight_N"]) / (means["small_N"] / means["small_weight_N"])
     return {**SPREADS, "illusion": PeopleSpread(ratio * math.hypot(*shares), "calculated from the others")}
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer: cycles of all objects in random order."""
+    """Draws one observer's trials: cycles of all objects in random order."""
     return repeat([*SMALL, *LARGE], REPETITIONS, rng, block="all")
 
 
 def measure(lifts: pd.DataFrame) -> pd.Series:
-    """Computes the numbers of one observer, or of one person, from its lifts in order."""
+    """Computes the numbers of one observer or person from its lifts in order."""
     small, large = (lifts[lifts["object"].isin(names)].tail(REPETITIONS) for names in (SMALL, LARGE))
     forces = [each["force"].to_numpy().mean() for each in (small, large)]
     weights = [each["weight"].to_numpy().mean() for each in (small, large)]
@@ -104,7 +107,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
-    """Judges the prediction."""
+    """Tests the prediction."""
     ratio = n["density"]["illusion"] / n["kinds_map"]["illusion"]
     return [
         claim("apart", "ours, a prediction",

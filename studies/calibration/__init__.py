@@ -1,1 +1,1 @@
-"""Study of whether an observer is as uncertain as it should be, and of how much its choices depend on its sensing."""
+"""Study of the calibration of observers' uncertainty, and of choices with other sensing."""

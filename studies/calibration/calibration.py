@@ -87,18 +87,23 @@ def get_model(arm: Path) -> ArmModel:
 
 
 def load_stick() -> Tool:
-    """Loads the plain novel object of Simulation III: two equal parts, so its shape carries no information."""
+    """Loads the novel object of Simulation III, with two equal parts.
+
+    Its shape carries no information.
+    """
     return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
 
 
 def build_config(noise: NoiseModel, *, moves: bool) -> CalibrationConfig:
-    """Builds the calibration with the stick, the settings of all simulations, and a noise model."""
+    """Builds the calibration with the stick, the common settings, and a noise model."""
     tool = load_stick()
     return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.gripped_by(tool.grips[0]), moves)
 
 
 def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
-    """Draws mean densities of the materials and the object's own densities, all positive, (M,) each, [kg/m^3].
+    """Draws mean densities and the object's own densities, (M,) each, [kg/m^3].
+
+    All are positive.
 
     The draw with a given number is the same for every noise model, so noise models can be compared draw by draw.
     """
@@ -123,7 +128,10 @@ class Learned(NamedTuple):
 
 
 def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
-    """Simulates one trial of an observer without experience; the object has the densities ``own``, (M,), [kg/m^3]."""
+    """Simulates one trial of an observer without experience.
+
+    The object has the densities ``own``, (M,), [kg/m^3].
+    """
     settings = config.settings
     noise, prior = settings.noise, settings.prior
     colours = [part.looks_like.colour for part in config.tool.components]
@@ -170,7 +178,10 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
 
 
 def assess(positions: Array) -> Calibration:
-    """Computes coverage and the test of uniformity from positions of truths in their posteriors, (N, M)."""
+    """Computes coverage and a test of uniformity from positions of truths, (N, M).
+
+    Positions are in the posteriors.
+    """
     counts = np.array([np.histogram(column, NUM_BINS, (0.0, 1.0))[0] for column in positions.T])
     p_value = min(1.0, len(counts) * min(float(chisquare(row).pvalue) for row in counts))
     covered = [(np.abs(positions - 0.5) <= 0.5 * coverage).mean() for coverage in COVERAGES]
@@ -178,21 +189,27 @@ def assess(positions: Array) -> Calibration:
 
 
 def find_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Computes the positions of the true densities from their ranks, each at the centre of its rank, (N, M)."""
+    """Computes the positions of the true densities from their ranks, (N, M).
+
+    Each is at the centre of its rank.
+    """
     positions: Array = (arrays["rank"] + 0.5) / (NUM_SAMPLES + 1)
     return positions
 
 
 def find_unrestricted_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Computes the positions of the true densities in normal distributions that allow negative densities, (N, M)."""
+    """Computes the positions of the true densities in unrestricted normals, (N, M).
+
+    These allow negative densities.
+    """
     return np.asarray(norm.cdf(arrays["mean"], arrays["centre"], np.sqrt(arrays["variance"])))
 
 
 def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
-    """Computes positions of the object's own densities in exact posteriors of measurements at rest, (draws, 2).
+    """Computes positions of own densities in exact posteriors at rest, (draws, 2).
 
     Bayes' rule is applied by brute force, with errors evaluated at each density's own torque. The object's densities
-    are compared with the posterior of the materials' means; how the object deviates from these means is neglected.
+    are compared with the posterior of the materials' means. The object's deviation from these is neglected.
 
     Raises:
         ValueError: The noise is not Weber noise.
@@ -227,7 +244,7 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
 
 
 def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[str, Calibration], dict[str, Any]]:
-    """Calibrates the loop with each noise model, and measures the cost of its approximations.
+    """Calibrates the loop with each noise model, and measures its approximation errors.
 
     Returns:
         Calibrations by name, and the numbers for metrics.json.

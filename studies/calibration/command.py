@@ -1,4 +1,4 @@
-"""``affordance study calibration``: calibration of beliefs, and choices with other errors of measurement."""
+"""``affordance study calibration``: calibrates beliefs, and varies measurement errors of choices."""
 
 import argparse
 from collections.abc import Iterator

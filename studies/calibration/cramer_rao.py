@@ -1,4 +1,6 @@
-"""Cramer-Rao bound on what one trial can tell about the materials' densities, along the true motion.
+"""Cramer-Rao bound on the information of a trial about material densities.
+
+It applies along the true motion.
 
 The motion and the regressor are computed from the log of the trial, so the bound shares only the noise model and the
 geometry with the estimator.
@@ -19,7 +21,7 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 class Felt(NamedTuple):
-    """Statistics of a trial's motion that determine what can be measured of an object's parameters."""
+    """Statistics of a trial's motion that determine the information about an object."""
 
     tau_arm: Array  # mean over samples of the torques of the arm alone, (num_joints,), [N m]
     Y: Array  # mean of the payload regressor, (num_joints, 10), in N m per unit of each inertial parameter
@@ -27,12 +29,18 @@ class Felt(NamedTuple):
 
 
 def feel_at_rest(tau_arm: Array, Y: Array, num_samples: int) -> Felt:
-    """Returns the statistics of ``num_samples`` samples at rest; tau_arm and Y are as in ``Felt``."""
+    """Returns the statistics of ``num_samples`` samples at rest.
+
+    tau_arm and Y are as in ``Felt``.
+    """
     return Felt(tau_arm, Y, num_samples * Y.T @ Y)
 
 
 def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt:
-    """Computes the statistics along a logged trial; accelerations are differences of the logged velocities."""
+    """Computes the statistics along a logged trial.
+
+    Accelerations are differences of the logged velocities.
+    """
     vdot = np.gradient(record.v, settings.log_period, axis=0, edge_order=2)
     step = round(settings.sample_period / settings.log_period)
     q, v, vdot = (column[step::step] for column in (record.q, record.v, vdot))

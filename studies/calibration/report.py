@@ -19,7 +19,7 @@ _FONT_SIZE = 9
 
 
 def describe(numbers: Mapping[str, Any]) -> Section:
-    """Describes what was measured, with a figure, claims and tables."""
+    """Describes the measurements with a figure, claims and tables."""
     caption = (
         "Ranks of true densities in their posteriors; they are uniform if all is right. Above each histogram: the"
         " p-value of the test, and how often central intervals cover the true density."
@@ -40,7 +40,7 @@ def describe(numbers: Mapping[str, Any]) -> Section:
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges the claims."""
+    """Tests the claims."""
     return [
         claim("calibrated", "ours",
               "Observers are as uncertain as they should be: ranks of true densities in posteriors are uniform.",
@@ -80,7 +80,7 @@ def _list_tables(n: Mapping[str, Any]) -> list[Table]:
 
 
 def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) -> Figure:
-    """Plots histograms of the ranks of true densities in posteriors, with the band of a uniform distribution."""
+    """Plots histograms of true densities' ranks, with the band of a uniform distribution."""
     figure = Figure(figsize=(12.0, 3.0 * ((len(calibrations) + 2) // 3)))
     all_axes = figure.subplots((len(calibrations) + 2) // 3, 3, sharex=True, sharey=True)
     for axes, (name, found) in zip(all_axes.flat, calibrations.items(), strict=False):

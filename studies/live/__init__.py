@@ -1,1 +1,1 @@
-"""What a live identification notices, how soon, and how often its intervals hold the truth."""
+"""Study of live identification: delays, false alarms, and coverage of intervals."""

@@ -1,4 +1,4 @@
-"""``affordance study live``: pick-ups by two foreign robots, followed live.
+"""``affordance study live``: follows pick-ups by two foreign robots live.
 
 Each pick-up takes about ten seconds of one core; needs MuJoCo.
 """
@@ -53,7 +53,10 @@ def _follow(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
 
 
 def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Summarises pick-ups and minutes with a constant load; delays in s, errors as shares or in mm."""
+    """Summarises pick-ups and minutes with a constant load.
+
+    Delays are in s, errors are shares or in mm.
+    """
     delay, last, final = found["delay"], found["last"], found["final"]
     known, given = np.isfinite(last[:, 0]), np.isfinite(final[:, 0])
     error = last[known, 0] / found["mass"][known] - 1.0
@@ -87,7 +90,10 @@ def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[A
 
 
 def _take_quantiles(delays: NDArray[Any]) -> list[float | None]:
-    """Returns the number of delays, their median and the largest, None if there are none."""
+    """Computes the number of delays, their median and maximum.
+
+    Without delays these are None.
+    """
     there = delays[np.isfinite(delays)]
     return [float(len(there)), *((float(np.median(there)), float(there.max())) if len(there) else (None, None))]
 

@@ -1,4 +1,7 @@
-"""Pick-ups by a foreign robot, simulated by MuJoCo in this process, and followed live."""
+"""Simulates pick-ups by a foreign robot in MuJoCo, and follows them live.
+
+Both run in this process.
+"""
 
 import tempfile
 import time
@@ -36,7 +39,7 @@ class PickupConfig:
 
 
 class Followed:
-    """A robot whose empty arm is known, and the events of a stream."""
+    """Robot with a known empty arm, and the events of a stream."""
 
     def __init__(self, config: PickupConfig, repeat: int) -> None:
         """Records the empty runs, and for currents a weighed load, and fits the arm."""
@@ -63,7 +66,7 @@ class Followed:
         return identify(self.robot, Runs(loaded, (empty,)), reference_mass=_WEIGHED).calibration
 
     def follow(self, script: str) -> list[Truth]:
-        """Follows a stream to its end; returns what was truly held, in order of time."""
+        """Follows a stream to its end. Returns the true loads, in order of time."""
         marks = []
         for each in spoil(self._simulate(script, 0), lose=self._lose, jitter=self._jitter, seed=self._seed):
             if isinstance(each, Truth):
@@ -162,7 +165,9 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
 
 
 def run_constant(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Follows a constant load for a minute or more, in which every change is false.
+    """Follows a constant load for a minute or more.
+
+    Every change is false.
 
     Returns:
         ``seconds``, the length of the stream, [s]; ``false``, the number of changes that were noticed.

@@ -1,1 +1,1 @@
-"""Study of identified payloads, on simulated recordings whose truth is known and on recordings of two robots."""
+"""Study of identified payloads, on simulated recordings and on recordings of two robots."""

@@ -1,4 +1,7 @@
-"""Simulated sensors whose loads rest or move slowly: wrist sensors, and joint torques in held postures."""
+"""Simulated sensors with loads at rest or in slow motion.
+
+They are wrist sensors, and joint torques in held postures.
+"""
 
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -36,7 +39,7 @@ def draw_postures(num: int, num_joints: int, rng: np.random.Generator) -> Array:
 
 
 def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.random.Generator) -> Array:
-    """Draws errors of unit variance that agree over some time, shape (N, num_channels).
+    """Draws errors of unit variance with a correlation time, shape (N, num_channels).
 
     Args:
         times: Evenly spaced times, shape (N,), [s].
@@ -58,7 +61,9 @@ def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.rando
 def generate_wrench(
     robot: SerialChain, q: Array, pi: Array, rng: np.random.Generator, tilt_deg: float = 1.0, gain_sd: float = 0.01
 ) -> Array:
-    """Generates forces and moments of a sensor with offsets, wrong gains, and a base that is not level.
+    """Generates forces and moments of a sensor with offsets and wrong gains.
+
+    The base is not level.
 
     Args:
         robot: Arm up to the sensor.
@@ -83,7 +88,9 @@ def generate_wrench(
 def generate_torques(
     robot: SerialChain, q: Array, loads: tuple[Array, ...], rng: np.random.Generator
 ) -> tuple[Array, ...]:
-    """Generates torques of six joints with each load, of sensors with offsets that drift, and wrong gains and links.
+    """Generates torques of six joints with each load.
+
+    Sensor offsets drift, and gains and links are wrong.
 
     Args:
         robot: Arm with six joints.
@@ -104,7 +111,9 @@ def generate_torques(
 
 
 def generate_slow_wrench(payload: Array, rng: np.random.Generator, late: float = 0.0) -> tuple[SerialChain, Run]:
-    """Generates a wrist sensor's run that turns a load slowly between six held postures.
+    """Generates a wrist sensor's run with a slowly turned load.
+
+    The load turns between six held postures.
 
     Args:
         payload: Inertial parameters of the load, shape (10,).
@@ -127,7 +136,7 @@ def generate_slow_wrench(payload: Array, rng: np.random.Generator, late: float =
 
 
 def hold(robot: SerialChain, q: Array, signal: Array, kind: SignalKind, name: str = "held") -> Run:
-    """Makes a run of postures, shape (N, n), from a signal in each, shape (N, C)."""
+    """Builds a run of postures, (N, n), from a signal in each, (N, C)."""
     times = np.linspace(0.0, 0.5 * (len(q) - 1), len(q))
     return Run(name, RunDescription(robot.joint_names, kind, postures=True), times, q, signal)
 

@@ -24,7 +24,10 @@ UR10E_LOAD = 2.805
 
 
 class Ur10eData(NamedTuple):
-    """Recordings of a UR10e that moves with an empty hand and then repeats the motion with a load."""
+    """Recordings of a UR10e that repeats a motion with and without a load.
+
+    The empty motion comes first.
+    """
 
     robot: SerialChain
     empty: Run

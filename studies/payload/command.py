@@ -1,7 +1,7 @@
-"""``affordance study payload``: how far identified payloads can be trusted.
+"""``affordance study payload``: tests how far identified payloads can be trusted.
 
-Without options it identifies simulated loads, whose truth is known. With ``--data`` it reads recordings that others
-published: of a UR10e that holds a weighed load, and of a Panda, to whose torques payloads are added.
+Without options it identifies simulated loads, whose truth is known. With ``--data`` it reads published recordings of
+others. In these a UR10e holds a weighed load, and a Panda's torques get added payloads.
 """
 
 import argparse
@@ -40,7 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the simulated loads; or reads all recordings, so that a missing clone is reported at once."""
+    """Plans the simulated loads, or reads all recordings.
+
+    A missing clone is thus reported at once.
+    """
     check_whole("--injections", arguments.injections, REPEATS)
     if arguments.data is None:
         return partial(_simulate, arguments)
@@ -96,7 +99,10 @@ def _list_panda(name: str, found: Mapping[str, float]) -> list[str]:
 
 
 def _print_coverage(name: str, table: dict[str, Any]) -> None:
-    """Prints coverage at 50, 80 and 90 % for each level of each factor; a star marks a significantly low coverage."""
+    """Prints coverage at 50, 80 and 90 % for each factor's levels.
+
+    A star marks a significantly low coverage.
+    """
     print(f"{name}: {table['loads']} loads, {table['refused']} refused, {table['doubted']} doubted")
     rows = []
     for factor, levels in table["coverage"].items():
@@ -118,7 +124,10 @@ def _print_coverage(name: str, table: dict[str, Any]) -> None:
 
 
 def _print_changes(name: str, doubted: Array) -> dict[str, float]:
-    """Prints and returns the share of loads doubted for each change of the loaded run's signals, (loads, changes)."""
+    """Prints the share of loads doubted for each change of signals.
+
+    Only the loaded run changes. ``doubted`` is (loads, changes); the shares are returned.
+    """
     shares = {f"{change:g}": float(share) for change, share in zip(CHANGES, doubted.mean(axis=0), strict=True)}
     rows = [[f"x {change}", f"{share:.2f}"] for change, share in shares.items()]
     _print_table([f"{name}: signals of the loaded run", f"doubted, of {len(doubted)} loads"], rows)

@@ -1,4 +1,4 @@
-"""Coverage of intervals of simulated payloads for each level of each factor, and errors of the means."""
+"""Coverage of intervals of simulated payloads for each factor's levels, and errors of the means."""
 
 import time
 from collections.abc import Mapping
@@ -46,19 +46,19 @@ class Cell(NamedTuple):
     number: int
 
     def bound(self, level: float) -> tuple[float, float]:
-        """Computes Wilson's interval of the share at a given two-sided error probability."""
+        """Computes Wilson's interval of the share at a two-sided error probability."""
         z, n = float(scipy.special.ndtri(1.0 - 0.5 * level)), self.number
         share, width = self.covered / n, z * z / n
         middle, half = share + 0.5 * width, z * np.sqrt(share * (1.0 - share) / n + 0.25 * width / n)
         return float((middle - half) / (1.0 + width)), float((middle + half) / (1.0 + width))
 
     def is_low(self, nominal: float, num_cells: int) -> bool:
-        """Tests whether coverage is below nominal, one-sided and corrected for the number of cells."""
+        """Tests if coverage is below nominal, one-sided and corrected for the number of cells."""
         return bool(scipy.stats.binom.cdf(self.covered, self.number, nominal) < _LEVEL / num_cells)
 
 
 def run_load(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Simulates and identifies one load; classes of solids are taken in turn.
+    """Simulates and identifies one load. Classes of solids take turns.
 
     Returns:
         ``place``, the posterior probability of values below the truth; ``truth``, ``mean`` and ``sd``, in the order
@@ -104,7 +104,9 @@ def _identify(drawn: Recordings, seed: int) -> dict[str, NDArray[Any]]:
 
 
 def run_changes(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Simulates and identifies one load whose signals change by each of ``CHANGES`` in the loaded run alone.
+    """Simulates and identifies one load with changed signals in the loaded run.
+
+    Each of ``CHANGES`` is applied.
 
     Returns:
         ``doubted``, 1 where a change of gains is a reason for doubt, shape (len(CHANGES),).
@@ -122,7 +124,10 @@ def run_changes(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def tabulate(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Computes coverage for each level of each factor, and compares errors of means with stated errors."""
+    """Computes coverage for each level of each factor.
+
+    Also compares errors of means with stated errors.
+    """
     ran = np.isfinite(found["trusted"])
     place, levels = found["place"][ran], _list_levels(found["factors"][ran])
     num_cells = sum(len(each) for each in levels.values()) * len(SHARES) * 4
@@ -170,7 +175,10 @@ def _count(place: Array, share: float, num_cells: int) -> dict[str, Any]:
 
 
 def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
-    """Returns masks of the loads that belong to each level of each factor; levels without loads are left out."""
+    """Lists masks of the loads at each level of each factor.
+
+    Levels without loads are left out.
+    """
     solid, paired, mass, length, speed, cable = factors.T
     levels = {"all": {"all": np.ones(len(factors), dtype=bool)}}
     levels["solid"] = {name: solid == number for number, name in enumerate(CLASSES)}
@@ -189,7 +197,10 @@ def _list_levels(factors: Array) -> dict[str, dict[str, NDArray[np.bool_]]]:
 def _compare_means(
     found: Mapping[str, NDArray[Any]], levels: Mapping[str, Mapping[str, NDArray[np.bool_]]]
 ) -> dict[str, Any]:
-    """Computes root mean square errors of the means, and stated errors, of mass and centre of mass."""
+    """Compares RMS errors of the means with stated errors.
+
+    Both are for mass and centre of mass.
+    """
     rows: dict[str, Any] = {}
     for factor in ("all", "runs", "mass"):
         for level, of_level in levels[factor].items():

@@ -1,4 +1,4 @@
-"""Sizes of the errors in simulated recordings, each with its source.
+"""Sizes of errors in simulated recordings, each with its source.
 
 They were written down before the error model of identification was changed. One was corrected after tables of both
 models had been seen: gains of currents had differed by 1.5 % between the two runs of a pair, as they do after an hour
@@ -15,7 +15,10 @@ _HERE = Path(__file__).parent
 
 @dataclass(frozen=True)
 class ArmErrors:
-    """Sizes of one arm's errors, as SDs unless said otherwise; a tuple has a value for each joint."""
+    """Sizes of one arm's errors, usually as SDs.
+
+    A tuple has a value for each joint.
+    """
 
     robot: Path  # robot's file
     tip: str  # link that carries the payload

@@ -1,8 +1,10 @@
-"""Injects payloads into the real noise of a Panda: torques of random payloads are added to its measured torques.
+"""Adds torques of random payloads to a Panda's measured torques.
 
-An injected payload passes through no sensor, so gains are exact here; everything else is as on a robot that holds it.
-The arm is fitted outside the window in which a payload is identified; half a second on either side is left out, too.
-Payloads are two or three boxes in a row on the flange, from foam to steel.
+The noise is thus real.
+
+An injected payload passes through no sensor, so gains are exact here; everything else is as on a real robot. The arm
+is fitted outside the window of identification and half a second on either side. Payloads are two or three boxes in a
+row on the flange, from foam to steel.
 """
 
 from collections.abc import Iterator
@@ -38,7 +40,10 @@ _TOLERANCE = 0.25
 
 
 class Injections(NamedTuple):
-    """Identified payloads for one length of window, (N, 10), with quantities in the order of ``describe_bodies``."""
+    """Identified payloads for one length of window, (N, 10).
+
+    Quantities are in the order of ``describe_bodies``.
+    """
 
     truth: Array
     mean: Array  # posterior means
@@ -46,7 +51,7 @@ class Injections(NamedTuple):
     inside: Mask  # true where the 90 % interval contains the truth
 
     def summarise(self) -> dict[str, float]:
-        """Computes coverage of 90 % intervals, and errors of the mass, [g]."""
+        """Computes coverage of 90 % intervals, and mass errors, [g]."""
         errors = self.mean[:, 0] - self.truth[:, 0]
         return {
             "coverage_mass": float(self.inside[:, MASS].mean()),
@@ -77,7 +82,10 @@ def study_panda(
 
 
 class PandaStudy:
-    """Prepared recording, with a cache of the arm fitted outside each window."""
+    """Prepared recording, with a cached arm for each window.
+
+    The arm is fitted outside the window.
+    """
 
     def __init__(self, data: PandaData, settings: IdentificationSettings) -> None:
         self._robot, self._run = data.robot, data.empty
@@ -136,7 +144,9 @@ class PandaStudy:
 
 
 def draw_payload(rng: np.random.Generator, masses: tuple[float, float]) -> Array:
-    """Draws the ten parameters, (10,), of a payload at the flange, with a log-uniform mass in bounds, [kg].
+    """Draws a payload's parameters, (10,), at the flange.
+
+    The mass is log-uniform in bounds, [kg].
 
     The axis z of the flange points outward.
     """

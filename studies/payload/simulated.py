@@ -1,4 +1,4 @@
-"""Simulated recordings of a payload with known truth and the errors in ``errors.py``.
+"""Simulates recordings of a known payload, with the errors in ``errors.py``.
 
 The arm's links differ from its file. Gains, friction and offsets differ in each run; friction depends on speed as
 Stribeck found, and grows with the load; errors of neighbouring samples are correlated; and a cable may pull at one of
@@ -95,7 +95,7 @@ class SimulatedArm:
 
     @classmethod
     def draw(cls, errors: ArmErrors, robot: SerialChain, rng: np.random.Generator) -> "SimulatedArm":
-        """Draws an arm with its true links, friction and sensors."""
+        """Draws a true arm: links, friction and sensors."""
         n = robot.num_joints
         links = robot.link_parameters * (1.0 + LINK_ERROR * rng.standard_normal((n, 1)))
         links[:, 1:4] += LINK_ERROR * LINK_LENGTH * links[:, :1] * rng.standard_normal((n, 3))
@@ -127,7 +127,10 @@ class SimulatedArm:
         cable: float = 0.0,
         start: float = 0.0,
     ) -> Run:
-        """Records a motion from time ``start``, [s], with a payload, shape (10,), and a cable, [kg]."""
+        """Records a motion from time ``start``, [s], with a payload and a cable.
+
+        The payload is (10,), the cable in [kg].
+        """
         errors, n = self.errors, self.robot.num_joints
         times = np.arange(round((motion.length + 2.0 * _REST - start) * _RATE)) / _RATE
         q, v, vdot = motion.evaluate(start + times)
@@ -158,7 +161,7 @@ class SimulatedArm:
         )
 
     def _draw_errors(self, num: int, rng: np.random.Generator) -> Array:
-        """Draws errors of SD one that follow a first-order autoregression, shape (num, n)."""
+        """Draws errors of a first-order autoregression with SD one, (num, n)."""
         share = np.exp(-1.0 / (_RATE * self.agreement))
         values = rng.standard_normal((num, self.robot.num_joints))
         values[1:] *= np.sqrt(1.0 - share**2)
@@ -167,7 +170,10 @@ class SimulatedArm:
         return values
 
     def _pull(self, q: Array, v: Array, vdot: Array, cable: float, rng: np.random.Generator) -> Array:
-        """Computes the torques, (N, n), that hold a cable at one of the last three links, with its sideways pull."""
+        """Computes the torques, (N, n), due to a cable at one of the last three links.
+
+        The cable also pulls sideways.
+        """
         links = list(self.robot.compute_link_motions(q, v, vdot))
         angle = rng.uniform(0.0, 2.0 * np.pi)
         aside = CABLE_PULL * np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -192,7 +198,10 @@ class Motion:
     def draw(
         cls, errors: ArmErrors, robot: SerialChain, length: float, speed: float, rng: np.random.Generator
     ) -> "Motion":
-        """Draws a motion within the limits of the robot's file, with a given root mean square speed, [rad/s]."""
+        """Draws a motion with a given RMS speed, [rad/s].
+
+        It is within the limits of the robot's file.
+        """
         n, home = robot.num_joints, np.array(errors.home)
         sine, cosine = rng.standard_normal((2, _NUM_HARMONICS, n)) / np.arange(1, _NUM_HARMONICS + 1)[:, None]
         size = np.sqrt(0.5 * (sine**2 + cosine**2).sum(axis=0))
@@ -207,7 +216,7 @@ class Motion:
         return cls(home, sine, cosine, speed / float(of_unit), length)
 
     def evaluate(self, times: Array) -> tuple[Array, Array, Array]:
-        """Computes angles, velocities and accelerations, shape (N, n) each."""
+        """Computes angles, velocities and accelerations, (N, n) each."""
         phase, rate, change = self._advance(times)
         w = self.base * np.arange(1, _NUM_HARMONICS + 1)
         s, c = np.sin(phase[:, None] * w), np.cos(phase[:, None] * w)
@@ -217,7 +226,10 @@ class Motion:
         return q, first * rate[:, None], second * rate[:, None] ** 2 + first * change[:, None]
 
     def _advance(self, times: Array) -> tuple[Array, Array, Array]:
-        """Computes the phase of the series, [s], and its first two derivatives, from rest to rest."""
+        """Computes the series' phase, [s], and its first two derivatives.
+
+        It is from rest to rest.
+        """
         middle = self.length - _RAMP  # duration of an equal motion without ramps
 
         def ramp(x: Array) -> tuple[Array, Array, Array]:
@@ -232,7 +244,9 @@ class Motion:
 
 
 def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator, share_paired: float = PAIRED) -> Recordings:
-    """Simulates the recordings of one load from a class of solids, with random factors.
+    """Simulates the recordings of one load from a class of solids.
+
+    Factors are random.
 
     Args:
         errors: Sizes of the arm's errors.
@@ -258,7 +272,10 @@ def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator, share_pair
 
 
 def _weigh(arm: SimulatedArm, rng: np.random.Generator) -> Gains:
-    """Estimates the gains of currents with a weighed load, from a pair of runs on the day before."""
+    """Estimates the gains of currents with a weighed load.
+
+    The pair of runs is from the day before.
+    """
     motion = Motion.draw(arm.errors, arm.robot, _WEIGHED_LENGTH, _WEIGHED_SPEED, rng)
     payload = _WEIGHED * np.array([1.0, 0.0, 0.0, _AWAY, *[2.0 * _AWAY**2] * 3, 0.0, 0.0, 0.0])
     empty = arm.record(motion, rng, source="weighed, empty", payload=np.zeros(10))

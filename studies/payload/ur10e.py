@@ -1,4 +1,4 @@
-"""Identifies a UR10e's weighed load from motor currents whose gains are unknown."""
+"""Identifies a UR10e's weighed load from motor currents with unknown gains."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ _LOADED_JOINTS = (2, 3)
 
 
 def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> dict[str, Any]:
-    """Identifies the load in three ways, with less knowledge from one to the next.
+    """Identifies the load in three ways, with decreasing knowledge.
 
     Returns:
         ``half_mass_kg``, ``half_sd_kg``, ``half_error`` (relative) and ``half_inside`` (1 if the 90 % interval

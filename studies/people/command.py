@@ -1,4 +1,4 @@
-"""``affordance study people``: fits the relative width of a category to two groups of people."""
+"""``affordance study people``: fits the relative width of a category to two groups."""
 
 import argparse
 import time
@@ -88,7 +88,10 @@ def _work(arguments: argparse.Namespace, setup: Setup, folder: Path) -> Iterator
 
 
 def compare_volumes(setup: Setup, volumes: Sequence[float]) -> int:
-    """Prints the mean f of Linear++ with all volumes multiplied by each factor, and how much observers differ."""
+    """Prints the mean f of Linear++ with scaled volumes, and the spread of observers.
+
+    All volumes are multiplied by each factor.
+    """
     for learner in _LEARNERS:
         found: list[Array] = []
         for factor in volumes:
@@ -105,7 +108,7 @@ def compare_volumes(setup: Setup, volumes: Sequence[float]) -> int:
 
 
 def scale_volume(tool: Tool, factor: float) -> Tool:
-    """Makes a cylinder of the same mass whose volume is multiplied by a factor."""
+    """Builds a cylinder of the same mass with a scaled volume."""
     radius, height = factor ** (1.0 / 3.0) * np.array(tool.components[0].shape.sizes)
     return cylinder(tool.name, radius=radius, height=height, mass=tool.mass)
 

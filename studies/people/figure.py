@@ -10,7 +10,10 @@ from studies.people.fit import THRESHOLD, Fraction, KappaFit
 
 
 def draw_kappa_fit(fit: KappaFit, people: Sequence[Fraction], title: str) -> Figure:
-    """Plots the learned fraction against kappa for each group, people's fractions, and the likelihood of kappa."""
+    """Plots the learned fraction against kappa for each group.
+
+    Also plots people's fractions, and kappa's likelihood.
+    """
     figure = Figure(figsize=(9.0, 3.9))
     left, right = figure.subplots(1, 2)
     for column, (group, found, colour) in enumerate(zip(GROUPS.values(), people, OBJECT_COLOURS, strict=False)):

@@ -1,4 +1,4 @@
-"""Fit of kappa to the two groups of Linear+ and Linear++, with its confidence interval.
+"""Fits kappa to the groups of Linear+ and Linear++, with a confidence interval.
 
 The learned fraction f of each group is compared between people and simulated observers. The error of people's f
 follows from the published intervals; the error of simulated means is included too. With Gaussian errors
@@ -44,7 +44,9 @@ class Fraction(NamedTuple):
 
 
 def estimate_people_fraction(group: Group) -> Fraction:
-    """Estimates the learned fraction of people; its error is of first order and assumes independent forces.
+    """Estimates the learned fraction of people.
+
+    Its error is of first order and assumes independent forces.
 
     Means and 95 % intervals (Student's t) are published, but not the covariance of the two forces across people.
     """
@@ -62,7 +64,7 @@ def _estimate_se(published: Published, quantile: float) -> float:
 
 
 class KappaFit(NamedTuple):
-    """Estimate of kappa from the two groups, for one learner."""
+    """Estimate of kappa from two groups, for one learner."""
 
     kappas: Array  # simulated values of kappa, (K,), increasing
     fractions: Array  # mean learned fraction of simulated observers, (K, groups)
@@ -80,14 +82,20 @@ class KappaFit(NamedTuple):
 
 
 def simulate_fraction(setup: Setup, tools: Sequence[Tool], kappa: float) -> tuple[float, float]:
-    """Computes the mean learned fraction of at least 2 simulated observers, and its standard error."""
+    """Computes the mean learned fraction of observers, and its standard error.
+
+    At least 2 observers are simulated.
+    """
     changed = setup.change(learner=setup.settings.learner.change(kappa=kappa))
     fractions = simulate_fractions(changed, tools, f"kappa {kappa:.3f}")
     return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(setup.observers))
 
 
 def simulate_fractions(setup: Setup, tools: Sequence[Tool], what: str) -> Array:
-    """Computes the learned fractions of all observers, (observers,); ``what`` describes the progress bar."""
+    """Computes all observers' learned fractions, (observers,).
+
+    ``what`` describes the progress bar.
+    """
     parts = [part.tolist() for part in np.array_split(np.arange(setup.observers), setup.jobs) if len(part)]
     tasks = [partial(find_fractions, setup, tools, part) for part in parts]
     return np.concatenate(run_tasks(tasks, jobs=setup.jobs, description=what))
@@ -125,7 +133,10 @@ def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list
 
 
 def simulate_and_fit(setup: Setup, kappas: Array, people: list[Fraction]) -> KappaFit:
-    """Simulates both groups at each kappa with the setup's learner, and fits kappa to people."""
+    """Simulates both groups at each kappa, and fits kappa to people.
+
+    The learner is the setup's.
+    """
     groups = [linear.make_objects(name) for name in linear.GROUPS]
     found = np.array([[simulate_fraction(setup, tools, float(kappa)) for tools in groups] for kappa in kappas])
     return fit_kappa(kappas, found[..., 0], found[..., 1], people)

@@ -1,7 +1,7 @@
-"""``affordance study pictures``: volumes, places and masses of objects in ray-cast and in real pictures.
+"""``affordance study pictures``: measures volumes, places and masses of objects in pictures.
 
-No blind test: the method and its constants were developed with the five real pictures at hand. The ray-cast scenes
-were drawn by a seed after the code was fixed.
+Pictures are ray-cast or real. This is no blind test: the method and its constants were developed with the five real
+pictures at hand. The ray-cast scenes were drawn by a seed after the code was fixed.
 """
 
 import argparse
@@ -65,9 +65,11 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def run_scene(config: PicturesConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Measures one ray-cast scene; returns errors in logarithm of the volume and in place, with their SDs.
+    """Measures a ray-cast scene.
 
-    They are NaN if the picture is refused.
+    Returns errors in logarithm of the volume and in place, with their SDs.
+
+    Results are NaN if the picture is rejected.
     """
     scene = draw_scene(config.seed, repeat)
     kind = np.array(repeat % 3)
@@ -113,7 +115,7 @@ def _measure(arguments: argparse.Namespace, data: Path | None, folder: Path) -> 
 
 
 def tabulate_scenes(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Summarises ray-cast scenes, prints their table, and returns the numbers."""
+    """Prints and returns the summary of ray-cast scenes."""
     rows, numbers = [], dict[str, Any]()
     groups = {"all": np.ones(len(found["kind"]), dtype=bool)}
     groups |= {name: found["kind"] == k for k, name in enumerate(("box", "cylinder", "superquadric"))}
@@ -162,7 +164,7 @@ def tabulate_scenes(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 
 def tabulate_readings(readings: Sequence[Reading]) -> dict[str, Any]:
-    """Prints volumes of all objects in photographs, and returns their numbers."""
+    """Prints and returns volumes of all objects in photographs."""
     rows, numbers = [], dict[str, Any]()
     for each in readings:
         seen = each.seen
@@ -188,7 +190,7 @@ def tabulate_readings(readings: Sequence[Reading]) -> dict[str, Any]:
 
 
 def tabulate_masses(readings: Sequence[Reading]) -> dict[str, Any]:
-    """Prints how well masses are guessed by what is known, and returns the numbers."""
+    """Prints and returns how well masses are guessed, by prior knowledge."""
     pairs = [(a, b) for a in readings for b in readings if a.name == b.name and a.picture != b.picture]
     told = [each for each in readings if each.kind is not None]
     states = {
@@ -224,7 +226,9 @@ def tabulate_masses(readings: Sequence[Reading]) -> dict[str, Any]:
 
 
 def draw_masses(reading: Reading, material: str, *, knows: bool = True, weighed: Reading | None = None) -> Array:
-    """Draws masses of an object, [kg], from the belief that the commands have of its tools file.
+    """Draws masses of an object, [kg], from the belief of the commands.
+
+    The belief is about its tools file.
 
     Args:
         reading: Object in a picture.

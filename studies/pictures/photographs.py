@@ -1,4 +1,4 @@
-"""Real pictures of the study: outlines, words and masses of ours, and the true volumes of the published surfaces."""
+"""Real pictures of the study, with outlines, words and masses of ours, and published true volumes."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,7 +35,10 @@ class Reading(NamedTuple):
 
 
 def check_data(data: Path) -> Path:
-    """Returns a clone of PoseCNN; another folder raises a BadValueError."""
+    """Checks that a folder is a clone of PoseCNN.
+
+    Another folder raises a BadValueError.
+    """
     if not (data / _IMAGES).is_dir():
         problem = f"has no {_IMAGES}, must be a clone of github.com/yuxng/PoseCNN"
         raise BadValueError(data, "", problem)
@@ -62,7 +65,10 @@ def read_all(data: Path, out: Path) -> Iterator[Reading]:
 
 
 def measure_volume(points: Array, *, is_concave: bool) -> float:
-    """Computes the outer volume of a surface's points, (n, 3), [m^3]: of their hull or, if concave, of a closing."""
+    """Measures the outer volume of a surface's points, (n, 3), [m^3].
+
+    The volume is enclosed by their hull or, if concave, by a closing.
+    """
     if not is_concave:
         return float(scipy.spatial.ConvexHull(points).volume)
     low = points.min(axis=0) - 3.0 * _CLOSING

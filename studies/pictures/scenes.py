@@ -23,7 +23,7 @@ _FOCAL = 525.0
 
 
 class Scene(NamedTuple):
-    """Picture of one object: its true volume, [m^3], centre in C, (3,), [m], and a pixel that shows it."""
+    """Picture of one object with true volume, [m^3], centre in C, (3,), [m], and a pixel."""
 
     picture: Picture
     camera: PinholeCamera
@@ -34,7 +34,10 @@ class Scene(NamedTuple):
 
 
 def draw_scene(seed: int, number: int) -> Scene:
-    """Draws a box, cylinder or superquadric, upright or lying, with a camera, gloss, shadow and noise."""
+    """Draws a box, cylinder or superquadric with a camera, gloss, shadow and noise.
+
+    It is upright or lying.
+    """
     rng = np.random.default_rng([seed, number])
     kind = ("box", "cylinder", "superquadric")[number % 3]
     half = np.exp(rng.uniform(np.log(0.015), np.log(0.09), 3))

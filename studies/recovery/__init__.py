@@ -1,1 +1,1 @@
-"""Tests whether learners and their parameters can be recovered from the pushes of simulated people."""
+"""Tests if learners and parameters can be recovered from simulated people's pushes."""

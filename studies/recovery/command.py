@@ -1,4 +1,4 @@
-"""``affordance study recovery``: recovers the learner and kappa of simulated people from their pushes."""
+"""``affordance study recovery``: recovers learners and kappa of simulated people from pushes."""
 
 import argparse
 import math

@@ -52,7 +52,9 @@ def list_rivals() -> list[Learner]:
 
 
 def recover(config: Recovery, number: int) -> Mapping[str, NDArray[np.float64]]:
-    """Simulates one person and evaluates all learners on the pushes; people take the learners in turn.
+    """Simulates one person and evaluates all learners on the pushes.
+
+    Learners take turns over people.
 
     Returns:
         One-step-ahead log ``score`` and ``bic``, (learners, numbers of lifts) each; the true ``log_kappa``, and its
@@ -87,7 +89,10 @@ def recover(config: Recovery, number: int) -> Mapping[str, NDArray[np.float64]]:
 
 
 def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, tuple[Tool, ...], float]:
-    """Simulates lifts of a person with parameters from their prior; also returns kappa (NaN without kinds)."""
+    """Simulates lifts of a person with parameters from their prior.
+
+    Also returns kappa, which is NaN without kinds.
+    """
     known = Participant(push_error=PUSH_ERROR)
     free = list_free(learner, known, learner.fitted)
     normal = np.random.default_rng([config.seed, number]).standard_normal((1, len(free)))

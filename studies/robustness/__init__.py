@@ -1,1 +1,4 @@
-"""Study of robustness: evaluates every claim in a sample of all values that the paper does not give."""
+"""Study of robustness: tests every claim in a sample of assumptions.
+
+The paper does not state these values.
+"""

@@ -1,4 +1,4 @@
-"""Values that the paper does not state, their plausible ranges, and samples from these ranges."""
+"""Assumptions that the paper does not state: plausible ranges, and samples from them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Assumption:
     weights: tuple[float, ...] = ()  # relative frequency of each choice; they need not add up to one
 
     def place(self, u: float) -> float | str:
-        """Returns the value at position u of the range, 0 <= u < 1."""
+        """Returns the value at relative position u of the range, 0 <= u < 1."""
         if self.choices:
             ends = np.cumsum(self.weights) / np.sum(self.weights)
             return self.choices[min(int(np.searchsorted(ends, u, side="right")), len(self.choices) - 1)]
@@ -59,7 +59,9 @@ def list_defaults(assumptions: Sequence[Assumption]) -> dict[str, float | str]:
 
 
 def sample_places(num_assumptions: int, count: int, seed: int) -> Array:
-    """Samples positions of settings in the ranges, (count, num_assumptions), from a scrambled Sobol sequence.
+    """Samples positions of settings in the ranges, (count, num_assumptions).
+
+    It is a scrambled Sobol sequence.
 
     The first settings are the same for every ``count``.
     """

@@ -1,4 +1,4 @@
-"""Builds what the experiments need for a setting: settings, objects and tasks."""
+"""Builds settings, objects and tasks of the experiments for a robustness setting."""
 
 import math
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ _NUM_RODS = 4
 
 @dataclass(frozen=True)
 class World:
-    """Objects, tasks and rules that one setting defines."""
+    """Objects, tasks and rules of a setting."""
 
     settings: Settings  # settings shared by all simulations
     rods: tuple[Tool, ...]  # objects of Simulation I, the decoy last
@@ -47,7 +47,7 @@ class World:
 
 
 def build_world(setting: Setting, models: Path, settings: Settings) -> World:
-    """Builds the objects, tasks and rules of a setting, which must contain all assumptions by name.
+    """Builds the objects, tasks and rules of a setting with all assumptions by name.
 
     The settings of the simulations are changed accordingly. Materials, path, nail and working posture come from the
     folder of models.
@@ -118,7 +118,10 @@ def _build_learning(setting: Setting, wood: Material, steel: Material) -> tuple[
 
 
 def build_novel(setting: Setting, wood: Material, steel: Material) -> Tool:
-    """Builds the novel tool: a wooden and a steel part, a bend where they meet, and a grip at either end."""
+    """Builds the novel tool from a wooden and a steel part.
+
+    It has a bend where they meet, and a grip at either end.
+    """
     unequal = str(setting["novel_parts"]) == "unequal"
     length, bend = float(setting["novel_length"]), float(setting["novel_bend"])
     share = float(setting["novel_share"]) if unequal else 0.5

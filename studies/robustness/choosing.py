@@ -1,4 +1,7 @@
-"""Simulations III and IV in a setting, by inner simulation: the correct grip, and how often it is chosen."""
+"""Simulations III and IV in a setting, by inner simulation.
+
+Results are the correct grip, and how often it is chosen.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -37,7 +40,10 @@ _LEAST_FORCE = 1.02
 
 
 def measure_truth(choice: Choice, tool: Tool, rule: CostMeasure | None = None) -> Costs:
-    """Computes the costs of all options at the true densities, (options,) each, by a given or the usual measure."""
+    """Computes all options' costs at the true densities, (options,) each.
+
+    The measure is given or the usual one.
+    """
     held = tool.list_gripped()
     models = choice.cost_models if rule is None else [_measure_by(model, rule) for model in choice.cost_models]
     costs = [
@@ -62,7 +68,7 @@ def find_correct(costs: Costs) -> int:
 
 
 def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: int, rule: str) -> dict[str, Any]:
-    """Computes the numbers of a task that claims are about.
+    """Computes a task's numbers that claims depend on.
 
     Raises:
         AffordanceError: No grip is the correct one.
@@ -91,7 +97,7 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
 
 
 def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
-    """Returns the index of the correct option under each measure.
+    """Finds the index of the correct option under each measure.
 
     Raises:
         AffordanceError: No grip is the correct one.
@@ -109,7 +115,9 @@ def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
 
 
 def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
-    """Finds the largest travel of the nail, [m], at which the grip next to the densest part is cheaper.
+    """Finds the largest travel of the nail at which the other grip is cheaper, [m].
+
+    The other grip is next to the densest part.
 
     The nail is at ``depth_set``, [m], and resists with a stiffness, [N/m], up to its largest force, ``most``, [N].
     The result is zero if that grip is not cheaper at any force that both grips can produce.
@@ -131,7 +139,10 @@ def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stif
 
 
 def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, correct: int) -> Estimate:
-    """Estimates the share of correct choices by least expected cost at each moment; the first uses the prior."""
+    """Estimates the share of correct choices by least expected cost at each moment.
+
+    The first moment uses the prior.
+    """
     shares = [
         [_choose_by_expectation(choice, memories[after], (seed, observer, after), correct) for after in MOMENTS[1:]]
         for observer, memories in enumerate(experience)
@@ -143,7 +154,10 @@ def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, 
 
 
 def decide_before_experience(choice: Choice, experience: Experience, seed: int, correct: int) -> float:
-    """Returns 1 if the correct option has the least expected cost before experience, 0 if not, 0.5 in a tie."""
+    """Returns 1 if the correct option has the least expected cost a priori.
+
+    Otherwise 0, or 0.5 in a tie.
+    """
     rng = np.random.default_rng([seed, Stream.BAYES])
     costs = choice.compute_costs(choice.draw_parameters(experience[0][0], rng, NUM_PRIOR_CHOICES))
     usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY
@@ -157,7 +171,10 @@ def decide_before_experience(choice: Choice, experience: Experience, seed: int, 
 
 
 def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[int, int, int], correct: int) -> float:
-    """Returns 1 if an observer's choice is correct and 0 if not; an observer without a usable option guesses."""
+    """Returns 1 if an observer's choice is correct, else 0.
+
+    An observer without a usable option guesses.
+    """
     ranking = rank_options(choice, memory, np.random.default_rng([*seed, Stream.BAYES]), _NUM_BAYES_SAMPLES)
     if not ranking.num_usable:
         return 0.5
@@ -165,7 +182,7 @@ def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[i
 
 
 def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:
-    """Returns a cost of the same motions under another measure."""
+    """Returns the cost of the same motions under another measure."""
     if isinstance(model, BlowCost):
         return replace(model, motions=tuple(motion.measured_by(measure) for motion in model.motions))
     assert isinstance(model, MotionCost)  # the type that Reach builds
@@ -175,7 +192,7 @@ def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:
 def measure_tasks(
     by_reach: Mapping[str, int], by_hammer: Mapping[str, int], *, correct_reach: str, correct_hammer: str
 ) -> dict[str, Any]:
-    """Summarises both tasks together: the correct grips, and whether measures agree on them.
+    """Summarises both tasks: the correct grips, and agreement of measures on them.
 
     Args:
         by_reach: Index of the correct grip for reaching, by measure.

@@ -1,4 +1,4 @@
-"""Claims that are judged in every setting: those of the simulations, and headlines of the README."""
+"""Claims that are tested in every setting: simulations' claims, and README headlines."""
 
 import math
 from collections.abc import Mapping
@@ -15,7 +15,10 @@ TASKS = "tasks"  # key of numbers about reaching and hammering together
 
 
 class _Undefined(dict[str, Any]):
-    """Numbers of an experiment that was not run: undefined values in the shapes that claims expect."""
+    """Undefined numbers of an experiment that was not run.
+
+    They have the shapes that claims expect.
+    """
 
     def __missing__(self, key: str) -> Any:
         return math.nan if key in _SCALARS else np.full((7, 2) if key.endswith("_ci95") else 7, math.nan)
@@ -30,7 +33,7 @@ _UNDEFINED = _Undefined(dict.fromkeys(_NAMES, ""), effort_differs=False)
 
 
 def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
-    """Judges every claim: 1 if it holds, 0 if not, NaN if it cannot be judged.
+    """Tests every claim: 1 if it holds, 0 if not, NaN if undecidable.
 
     ``numbers`` are given by experiment, without experiments that could not be run. Contact is simulated in some
     settings only.
@@ -46,12 +49,15 @@ def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
 
 @cache
 def list_claims() -> Mapping[str, ClaimResult]:
-    """Lists all claims by experiment and key, such as ``weight.drop_reduced``, without judging them."""
+    """Lists all claims by experiment and key, without testing them.
+
+    A key is ``weight.drop_reduced``, for example.
+    """
     return _judge_all({})
 
 
 def _judge_all(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, ClaimResult]:
-    """Judges the claims of the simulations, and then the headlines."""
+    """Tests the claims of the simulations, and then the headlines."""
     known = {name: numbers.get(name) or _UNDEFINED for name in (*EXPERIMENTS, TASKS)}
     if known["hammer"]["force_ratios"] is None:
         known["hammer"] = {**known["hammer"], "force_ratios": []}
@@ -66,7 +72,7 @@ def _judge_all(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, ClaimResul
 
 
 def _judge_headlines(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, list[ClaimResult]]:
-    """Judges statements of the README in addition to the claims of the simulations."""
+    """Tests statements of the README in addition to the claims of the simulations."""
     by_reach, by_hammer, tasks = (numbers[name] for name in ("reach", "hammer", TASKS))
     ci95 = by_reach["p_correct_ci95"]
     return {

@@ -1,4 +1,4 @@
-"""``affordance study robustness``: evaluates every claim in a sample of all values that the paper does not give."""
+"""``affordance study robustness``: tests every claim in a sample of assumptions."""
 
 import argparse
 import time
@@ -51,7 +51,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
-    """Loads the study; plans a full run, one setting, a proof, or the update of the page."""
+    """Loads the study and plans its work.
+
+    It is a full run, one setting, a proof, or the update of the page.
+    """
     if arguments.page:
         return Task(page.fill)
     check_whole("--repeats", arguments.repeats, _REPEATS)
@@ -90,7 +93,7 @@ def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Ite
 
 
 def _read_setting(text: str) -> int | None:
-    """Returns the index of a setting; None for the setting of the simulations."""
+    """Reads the index of a setting. None is the setting of the simulations."""
     if text == _DEFAULT:
         return None
     if not text.isdecimal():
@@ -106,7 +109,10 @@ def _show_setting(study: Robustness, index: int | None) -> int:
 
 
 def _prove(study: Robustness, count: int) -> int:
-    """Prints the error of interpolated motions relative to simulated ones; returns 1 if it is too large, else 0."""
+    """Prints the error of interpolated relative to simulated motions.
+
+    Returns 1 if it is too large, else 0.
+    """
     rng = np.random.default_rng([study.seed, StudyStream.PROOF])
     drawn = rng.choice(max(count, DEFAULT_NUM_SETTINGS), size=count, replace=False)
     worst = 0.0
@@ -121,7 +127,7 @@ def _prove(study: Robustness, count: int) -> int:
 
 
 def describe_outcome(setting: dict[str, float | str], outcome: Outcome) -> list[str]:
-    """Formats the assumptions of a setting, its results, and which claims hold in it."""
+    """Formats a setting's assumptions, results, and valid claims."""
     lines = ["Assumes"]
     lines += [f"  {name}: {value if isinstance(value, str) else f'{value:.4g}'}" for name, value in setting.items()]
     lines.append("Gives")

@@ -1,4 +1,4 @@
-"""Share of settings in which claims hold, and the first-order effect of each assumption on a claim.
+"""Share of settings in which claims hold, and first-order effects of assumptions.
 
 A claim's outcome y is 1 if it holds and 0 if not. The first-order index of an assumption x is the share of the
 variance of y that x explains alone, Var(E[y | x]) / Var(y). It is estimated from the sampled settings in bins of x
@@ -46,7 +46,7 @@ class Effects(NamedTuple):
 
 
 def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Effects:
-    """Computes the share of settings in which a claim holds, and its first-order effects.
+    """Computes the share of settings in which a claim holds, with first-order effects.
 
     Args:
         outcomes: 1 where the claim holds, 0 where not, NaN where it was not judged, (N,).
@@ -68,7 +68,9 @@ def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Eff
 
 
 def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
-    """Computes first-order indices, (P, D), of P outcomes in N settings, (P, N), given the levels, (N, D).
+    """Computes first-order indices, (P, D), of P outcomes in N settings, (P, N).
+
+    Levels are (N, D).
 
     An index is zero if the assumption explains no more than chance does on average, given its number of levels.
     """
@@ -86,7 +88,10 @@ def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
 
 
 def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.intp]:
-    """Returns levels of assumptions, (N, D), which are choices or fifths of ranges, at given positions, (N, D)."""
+    """Finds levels of assumptions, (N, D), at given positions, (N, D).
+
+    They are choices or fifths of ranges.
+    """
     columns = []
     for assumption, column in zip(assumptions, places.T, strict=True):
         if assumption.choices:
@@ -105,12 +110,15 @@ def name_levels(assumption: Assumption) -> list[str]:
 
 
 def _show_end(end: float | str) -> str:
-    """Formats the end of a range with three significant digits, without an exponent."""
+    """Formats the end of a range with three significant digits, no exponent."""
     return np.format_float_positional(float(end), precision=3, unique=False, fractional=False, trim="-")
 
 
 def share_by_level(outcomes: Array, level: NDArray[np.intp], names: Sequence[str]) -> dict[str, float | None]:
-    """Computes the share of settings in which a claim holds at each level of an assumption; None at unused levels."""
+    """Computes the share of settings in which a claim holds at each level.
+
+    Unused levels are None.
+    """
     shares: dict[str, float | None] = {}
     for index, name in enumerate(names):
         chosen = outcomes[(level == index) & np.isfinite(outcomes)]

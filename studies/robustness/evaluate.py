@@ -1,4 +1,4 @@
-"""Evaluates one setting: computes its numbers, and judges every claim by them."""
+"""Evaluates one setting: computes its numbers, and tests every claim."""
 
 import logging
 import time
@@ -56,7 +56,10 @@ class Outcome(NamedTuple):
 
     @property
     def simulated(self) -> float:
-        """Fraction of distinct holds that were simulated; NaN if nothing was held."""
+        """Fraction of distinct holds that were simulated.
+
+        It is NaN if nothing was held.
+        """
         motions = [each.motions for held in self.held.values() for each in held.tools]
         if not motions:
             return float("nan")
@@ -78,7 +81,7 @@ def evaluate_setting(
 ) -> Outcome:
     """Evaluates a setting with observers that learn, hold and choose.
 
-    Contact is simulated only on request: otherwise the force of the blow is not judged, and blows of least work are
+    Contact is simulated only on request. Otherwise the force of the blow is not tested, and blows of least work are
     never simulated. With ``proves``, all holds are simulated as well, and compared with the interpolated ones.
     """
     world = build_world(setting, models, settings)
@@ -138,7 +141,7 @@ def _judge_alone(name: str, numbers: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _plan_hammer(world: World, clock: "_Clock") -> Choice:
-    """Plans the blows with both grips, by least work if the setting says so."""
+    """Plans the blows with both grips, if necessary by least work."""
     with clock.measure("hammer"):
         choice = _check(plan_choice(list_options(world.novel), world.hammer, world.settings))
     if not world.plans_least_work:
@@ -170,7 +173,7 @@ def _measure_hammer(choice: Choice, world: World, experience: Experience, seed: 
 
 
 def _measure_contact(choice: Choice, world: World) -> list[float] | None:
-    """Computes the peak force divided by the required one, with simulated contact, for each grip.
+    """Computes each grip's peak force over the required force, with simulated contact.
 
     Returns None if a blow cannot be simulated.
     """
@@ -185,7 +188,7 @@ def _measure_contact(choice: Choice, world: World) -> list[float] | None:
 
 
 class _Clock:
-    """Adds up processor time by part of the evaluation."""
+    """Sum of processor time by part of the evaluation."""
 
     def __init__(self) -> None:
         self.seconds = dict.fromkeys(PARTS, 0.0)

@@ -1,4 +1,4 @@
-"""Figure of the multiverse: the share of settings in which each claim holds, and the assumptions that matter."""
+"""Figure of the multiverse: each claim's share of settings, and important assumptions."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,9 @@ _WIDTH = 11.0
 def draw_multiverse(
     claims: Sequence[str], assumptions: Sequence[str], *, shares: Estimate, indices: Array, null_levels: Array
 ) -> Figure:
-    """Plots shares of settings in which C claims hold, and a map of first-order indices, (C, D), of D assumptions.
+    """Plots shares of settings in which C claims hold, and first-order indices, (C, D).
+
+    There are D assumptions.
 
     Indices at or below their claim's null level, (C,), are left white. Assumptions with no other index are left out,
     unless that would leave none.

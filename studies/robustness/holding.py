@@ -1,4 +1,6 @@
-"""Simulations I and II in a setting, in the Diagram of all simulations, with the numbers of the experiments.
+"""Simulations I and II in a setting, with the numbers of the experiments.
+
+They use the Diagram of all simulations.
 
 The motion of a hold depends on the object and on the densities that control believes, but on no random draw.
 Therefore only some of many observers are simulated, and the motions of the others are interpolated
@@ -86,7 +88,10 @@ def measure_rods(world: World, observers: Experience, judge: Judge) -> Held:
 
 
 def measure_centre_of_mass(world: World, experience: Experience, judge: Judge) -> Held:
-    """Computes the numbers of Simulation II that claims depend on, for observers with experience."""
+    """Computes the numbers of Simulation II that claims depend on.
+
+    The observers have experience.
+    """
     learned, tools = [memories[-1] for memories in experience], world.learning
     seen = [_see(world, tool, learned) for tool in tools]
     medians = np.array([memory.belief.compute_percentiles([0.5])[0] for memory in learned])
@@ -106,7 +111,10 @@ def measure_centre_of_mass(world: World, experience: Experience, judge: Judge) -
 
 
 def compare_with_simulated(world: World, held: Held) -> float:
-    """Computes the largest difference of these motions, at any time, from simulated ones of all observers, [m]."""
+    """Computes the largest difference from simulated motions at any time, [m].
+
+    All observers are simulated.
+    """
     differences = [0.0]
     for each in held.tools:
         believed, places = np.unique(each.believed, axis=0, return_index=True)
@@ -117,7 +125,7 @@ def compare_with_simulated(world: World, held: Held) -> float:
 
 
 class _Seen(NamedTuple):
-    """Features of an object as R observers see them before they hold it."""
+    """Features of an object as R observers see them before a hold."""
 
     colours: tuple[Colour, ...]  # colours of the object, M of them
     believed: Array  # densities that control uses, (R, M), [kg/m^3]
@@ -133,7 +141,10 @@ def _see(world: World, tool: Tool, memories: Sequence[MaterialMemory]) -> _Seen:
 
 
 def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> xr.Dataset:
-    """Adds the heights of each object, (R, N), and undefined values for variables that are not simulated."""
+    """Adds each object's heights, (R, N), and undefined values.
+
+    The latter are for variables that are not simulated.
+    """
     data = known.assign(
         {name: (("observer", "trial", "time"), np.stack(each, axis=1)) for name, each in heights.items()}
     )
@@ -142,7 +153,7 @@ def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> x
 
 
 def _hold_all(world: World, tools: Sequence[Tool], seen: Sequence[_Seen], summarise: Summarise, judge: Judge) -> Held:
-    """Lets all observers hold all objects of an experiment."""
+    """Simulates holds of all objects of an experiment by all observers."""
 
     def compute(heights: Sequence[Array]) -> dict[str, Any]:
         return {name: value for name, value in summarise(heights).items() if name not in _LEFT_OUT}
@@ -178,14 +189,17 @@ def _find_motions(
 
 
 def _hold(world: World, tool: Tool, colours: tuple[Colour, ...], densities: Array) -> Array:
-    """Computes the height of an object's centre, (N,), [m], when the observer believes given densities, (M,)."""
+    """Computes the height of an object's centre, (N,), [m], at believed densities, (M,)."""
     memory = MaterialMemory.from_densities(dict(zip(colours, densities.tolist(), strict=True)))
     runner = get_runner(replace(world.settings, integrator=replace(world.settings.integrator, scheme=_HOLD_SCHEME)))
     return runner.run_hold(tool, memory, duration=HOLD_DURATION, seed=(0,)).height_centre
 
 
 def _move(heights: Sequence[Array], errors: Sequence[float]) -> list[list[Array]]:
-    """Returns motions shifted by their errors, object by object: up or down, or outward or inward."""
+    """Returns motions shifted by their errors, object by object.
+
+    They move up or down, or outward or inward.
+    """
     rng = np.random.default_rng(0)
     return [
         [

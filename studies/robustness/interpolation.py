@@ -1,4 +1,6 @@
-"""Interpolates the motions of many observers over their beliefs, from the motions of a few, with a measured error.
+"""Interpolates many observers' motions from the motions of a few, with a measured error.
+
+Motions are functions of beliefs.
 
 The motion of a held object depends continuously on the believed densities, and on nothing else. Only the lowest and
 the highest point of a motion have kinks; they are computed afterwards, so motions are interpolated as a whole.
@@ -57,7 +59,7 @@ class Motions(NamedTuple):
 
 
 class _Simulated:
-    """Motions of candidates, each simulated when it is first needed and then stored."""
+    """Motions of candidates, each simulated when first needed and then stored."""
 
     def __init__(self, simulate: Callable[[Array], Array], candidates: Array) -> None:
         self._simulate = simulate
@@ -78,7 +80,7 @@ class _Simulated:
 def interpolate_motions(
     simulate: Callable[[Array], Array], believed: Array, true: Array | None = None, tolerance: float = TOLERANCE
 ) -> Motions:
-    """Computes the motions of observers that believe given densities, to a tolerance.
+    """Computes the motions of observers with given beliefs, to a tolerance.
 
     Args:
         simulate: Function from an observer's densities, (M,), to the motion, (N,), [m].
@@ -108,7 +110,9 @@ def interpolate_motions(
 def _interpolate_line(
     motions: _Simulated, scaled: Array, num_true: int, tolerance: float
 ) -> tuple[Array, float] | None:
-    """Interpolates motions along a line of beliefs, at positions (P,) from -1 to 1, with a cubic spline.
+    """Interpolates motions along a line of beliefs with a cubic spline.
+
+    Positions (P,) are from -1 to 1.
 
     The first candidates are true beliefs, which are always nodes.
 
@@ -148,7 +152,9 @@ def _interpolate_line(
 def _interpolate_plane(
     motions: _Simulated, scaled: Array, extremes: Sequence[int], tolerance: float
 ) -> tuple[Array, float] | None:
-    """Interpolates motions over several directions of beliefs, at positions (P, axes) from -1 to 1, with polynomials.
+    """Interpolates motions over several directions of beliefs with polynomials.
+
+    Positions (P, axes) are from -1 to 1.
 
     Returns:
         Motions of all candidates, (P, N), [m], and the largest error of those compared, including extreme ones; None
@@ -177,7 +183,7 @@ def _interpolate_plane(
 
 
 def _scale(points: Array) -> Array:
-    """Returns the positions of points along the directions in which they are spread, (P, axes), from -1 to 1."""
+    """Scales points to positions along their directions of spread, (P, axes), from -1 to 1."""
     centred = points - points.mean(axis=0)
     _, spreads, directions = np.linalg.svd(centred, full_matrices=False)
     along = centred @ directions[_is_spread(spreads, points)].T
@@ -186,12 +192,18 @@ def _scale(points: Array) -> Array:
 
 
 def _is_spread(spreads: Array, points: Array) -> NDArray[np.bool_]:
-    """Returns for each direction of a singular value decomposition whether points are spread along it."""
+    """Returns True for each singular direction along which points are spread.
+
+    Directions are from a singular value decomposition.
+    """
     return spreads > _NO_SPREAD * max(float(spreads[0]), float(np.abs(points).max()))
 
 
 def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
-    """Builds Chebyshev polynomials at all points, (P, B), by total degree, and their number up to each degree."""
+    """Builds Chebyshev polynomials at all points, (P, B), by total degree.
+
+    Also returns their number up to each degree.
+    """
     num_axes = scaled.shape[1]
     each = chebyshev.chebvander(scaled, _MAX_NODES)  # (P, axes, _MAX_NODES + 1)
     columns: list[Array] = []
@@ -206,7 +218,7 @@ def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
 
 
 def _order_nodes(basis: Array) -> NDArray[np.intp]:
-    """Returns the points in the order in which they become nodes, which is that of the pivots of elimination."""
+    """Orders the points as nodes, by the pivots of elimination."""
     order = np.arange(len(basis))
     for row, pivot in enumerate(lu_factor(basis, check_finite=False)[1]):
         order[[row, pivot]] = order[[pivot, row]]
@@ -214,7 +226,7 @@ def _order_nodes(basis: Array) -> NDArray[np.intp]:
 
 
 def _find_extremes(points: Array) -> NDArray[np.intp]:
-    """Returns the points furthest from the mean, in standard deviations along each direction."""
+    """Finds the points farthest from the mean along each direction, in SDs."""
     centred = points - points.mean(axis=0)
     outer, spreads, _ = np.linalg.svd(centred, full_matrices=False)
     kept = _is_spread(spreads, points)
@@ -222,7 +234,7 @@ def _find_extremes(points: Array) -> NDArray[np.intp]:
 
 
 def _find_between(scaled: Array, simulated: Sequence[int]) -> list[int]:
-    """Returns the points, (P, axes), that are furthest from the simulated ones and from each other."""
+    """Finds the points, (P, axes), farthest from the simulated ones and from each other."""
     distances = np.linalg.norm(scaled[:, np.newaxis] - scaled[simulated], axis=2).min(axis=1)
     found: list[int] = []
     for _ in range(_NUM_BETWEEN):

@@ -1,4 +1,4 @@
-"""Torques of a motion and their derivatives, from inverse dynamics of the arm with Drake's AutoDiff."""
+"""Computes torques of a motion and their derivatives with Drake's AutoDiff."""
 
 from typing import Any, NamedTuple
 
@@ -20,10 +20,12 @@ class TorqueGradients(NamedTuple):
 
 
 class InverseDynamics:
-    """Inverse dynamics of an arm that holds a known tool, along whole motions."""
+    """Inverse dynamics of an arm with a known tool, along whole motions."""
 
     def __init__(self, model: ArmModel, pi: Array) -> None:
-        """Translates the plant to AutoDiff; every use changes the model's state and payload.
+        """Translates the plant to AutoDiff.
+
+        Every use changes the model's state and payload.
 
         The tool's inertial parameters pi, (10,), are about To, expressed in T.
         """
@@ -38,7 +40,10 @@ class InverseDynamics:
         self._context.SetTimeStateAndParametersFrom(plain)
 
     def compute(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes the torques at N states, shape (N, num_joints), [N m]; q, v and vdot have the same shape."""
+        """Computes the torques at N states, (N, num_joints), [N m].
+
+        q, v and vdot have the same shape.
+        """
         self._model.set_payload(self._pi)
         tau = np.empty_like(q)
         for i, x in enumerate(np.hstack([q, v])):
@@ -47,7 +52,10 @@ class InverseDynamics:
         return tau
 
     def compute_gradients(self, q: Array, v: Array, vdot: Array) -> TorqueGradients:
-        """Computes torques and their derivatives at N states; q, v and vdot of shape (N, num_joints)."""
+        """Computes torques and their derivatives at N states.
+
+        q, v and vdot have shape (N, num_joints).
+        """
         n = q.shape[1]
         tau, by_vdot = np.empty_like(q), np.empty((*q.shape, n))
         by_x = np.empty((*q.shape, 2 * n))

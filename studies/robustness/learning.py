@@ -1,4 +1,6 @@
-"""Learning from objects held at rest, for thousands of observers, without simulating the holds.
+"""Simulates learning from objects at rest, for thousands of observers.
+
+Holds are not simulated.
 
 Beliefs change as in a simulated trial, except that the posture does not sink under a misjudged object.
 """
@@ -32,7 +34,9 @@ _FELT = 1  # element of a seed for errors of felt torques, as in a simulated tri
 def learn_at_rest(
     hold: StaticHold, world: World, tools: Sequence[Tool], orders: Sequence[Sequence[int]], seed: int
 ) -> list[list[MaterialMemory]]:
-    """Returns observers' memories before the first object that they hold and after each; computes no evidence.
+    """Computes observers' memories before their first object and after each.
+
+    No evidence is computed.
 
     Each observer holds the objects in its own order; colours are remembered in the order of the objects' parts.
     Errors of felt torques equal those of simulated trials with the same root.
@@ -54,7 +58,9 @@ def learn_at_rest(
 
 
 def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count: int) -> list[list[MaterialMemory]]:
-    """Returns what observers learn about materials from the objects of Simulation II, each in its own order.
+    """Computes what observers learn about materials from the objects of Simulation II.
+
+    Each observer has its own order.
 
     Returns:
         Each observer's memory of materials, without single objects: before the first hold and after every hold.
@@ -82,7 +88,10 @@ def _feel(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed:
 
 
 def _learn_together(memories: Sequence[MaterialMemory], felt: Sequence[Felt], prior: Prior) -> list[MaterialMemory]:
-    """Returns what each memory has learned of its object at hand; objects of the same colours are learned at once."""
+    """Updates each memory by its object at hand.
+
+    Objects of the same colours are learned at once.
+    """
     learned: dict[int, MaterialMemory] = {}
     at_hand = [cast(AtHand, memory.at_hand) for memory in memories]
     for colours in dict.fromkeys(each.seen.colours for each in at_hand):

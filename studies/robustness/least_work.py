@@ -1,4 +1,4 @@
-"""Blows of least work, for comparison with those of least angular acceleration.
+"""Plans blows of least work, for comparison with least angular acceleration.
 
 The motion of least work depends on the tool's inertia, and a search takes seconds. Therefore one search is made for
 one inertia, and the resulting motion is run slower or faster to strike at other speeds. The cost under a belief is
@@ -25,7 +25,7 @@ _PACES = np.geomspace(0.25, 2.0, 12)
 
 
 def plan_least_work(planned: BlowCost, hammer: Hammer, model: ArmModel, pi: Array, settings: Settings) -> BlowCost:
-    """Plans the demanded blow with least work, for a tool of inertial parameters pi, (10,).
+    """Plans the demanded blow with least work, for a tool with parameters pi, (10,).
 
     The search starts from blows of least acceleration, and changes the model's state and payload.
 

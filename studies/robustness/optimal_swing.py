@@ -1,9 +1,10 @@
-"""Swings of least work under the dynamics of arm and tool, for comparison with minimum acceleration.
+"""Plans swings of least work under arm and tool dynamics.
 
-The motion is a spline of degree five in joint space, from rest at the start of the given swing to the same strike: at
-the same time and place, with the same velocity of the tip, the face as square to the target, and the same room to
-come to rest. Among such motions that keep the limits of angle, velocity and torque, the search minimises the absolute
-work,
+They are compared with minimum acceleration.
+
+The motion is a spline of degree five in joint space, from rest at the start of the given swing to the same strike.
+Time, place, velocity of the tip, squareness of the face, and room to come to rest are the same. Among such motions
+that keep the limits of angle, velocity and torque, the search minimises the absolute work,
 
     integral of sum_i |tau_i v_i| dt,
 
@@ -52,14 +53,16 @@ class OptimalSwing(NamedTuple):
 
 
 class SwingSearch:
-    """Search for splines that strike as a given swing does.
+    """Search for splines with the same strike as a given swing.
 
     Attributes:
         start: Control points of the given swing, (num_pieces + 5, num_joints), [rad].
     """
 
     def __init__(self, model: ArmModel, target: Target, swing: Swing, pi: Array, *, num_pieces: int = 4) -> None:
-        """Builds basis and nodes; the search changes the model's state and payload.
+        """Builds basis and nodes.
+
+        The search changes the model's state and payload.
 
         The tool's inertial parameters pi, (10,), are about To, expressed in T.
         """
@@ -85,7 +88,9 @@ class SwingSearch:
         self._last: tuple[bytes, Array, Array, Array] | None = None
 
     def fit(self, q: Array) -> Array:
-        """Fits control points of a motion from rest to the angles at the reported times, by least squares.
+        """Fits control points of a motion from rest to given angles, by least squares.
+
+        The angles are at the reported times.
 
         Returns:
             Control points, shape (num_pieces + 5, num_joints), [rad].
@@ -106,12 +111,15 @@ class SwingSearch:
         return self.measure(points, converged)
 
     def measure(self, points: Array, converged: bool = True) -> OptimalSwing:
-        """Computes torques and work of the motion with the given control points."""
+        """Computes torques and work of the motion with given control points."""
         q, v, vdot = self._evaluate_basis(self._times) @ points
         return measure_motion(self._dynamics, self._times, q, v, vdot, converged=converged)
 
     def compute_cost(self, rounding: float, points: Array) -> tuple[float, Array]:
-        """Computes the smoothed work of a motion, [J], and its gradient by the free control points, (m,)."""
+        """Computes the smoothed work of a motion, [J], and its gradient, (m,).
+
+        The gradient is by the free control points.
+        """
         tau, v, by_points = self._compute_torques(points)
         value, by_tau, by_v = compute_rounded_power(rounding, tau, v)
         w = self._quadrature
@@ -121,7 +129,10 @@ class SwingSearch:
         return float(w @ value), gradient.ravel()
 
     def _minimise(self, rounding: float, start: Array) -> tuple[Array, bool]:
-        """Searches for optimal control points from a start; returns them, and whether the search converged."""
+        """Searches for optimal control points from a start.
+
+        Returns them, and True if the search converged.
+        """
         n, num_free = start.shape[1], len(start) - 2
         q_lower, q_upper, v_max, tau_max = self._limits
         program = MathematicalProgram()
@@ -186,7 +197,9 @@ class SwingSearch:
         return bool((np.abs(tau) <= (1.0 + _TORQUE_TOLERANCE) * self._limits.tau_max).all())
 
     def _compute_torques(self, points: Array) -> tuple[Array, Array, Array]:
-        """Computes torques and velocities at the nodes, and derivatives of the torques by the free control points.
+        """Computes torques and velocities at the nodes, and the torques' derivatives.
+
+        Derivatives are by the free control points.
 
         Returns:
             Arrays (N, num_joints), (N, num_joints) and (N, num_joints, num_points - 2, num_joints).
@@ -201,12 +214,18 @@ class SwingSearch:
         return self._last[1:]
 
     def _evaluate_basis(self, times: Array) -> Array:
-        """Computes the control points' weights in angle, velocity and acceleration at N times, (3, N, num_points)."""
+        """Computes weights of control points in angle, velocity and acceleration, (3, N, num_points).
+
+        There are N times.
+        """
         return np.array([spline.vector_values(list(times)).T for spline in self._splines])
 
 
 def compute_rounded_power(rounding: float, tau: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Computes the smoothed integrand of the work, sum_i sqrt((tau_i v_i)^2 + e^2) - e, and its derivatives."""
+    """Computes the smoothed integrand of the work and its derivatives.
+
+    It is sum_i sqrt((tau_i v_i)^2 + e^2) - e.
+    """
     power = tau * v
     root = np.sqrt(power**2 + rounding**2)
     share = power / root
@@ -216,14 +235,20 @@ def compute_rounded_power(rounding: float, tau: Array, v: Array) -> tuple[Array,
 def measure_motion(
     dynamics: InverseDynamics, times: Array, q: Array, v: Array, vdot: Array, *, converged: bool
 ) -> OptimalSwing:
-    """Computes torques and work of a motion; angles, velocities and accelerations are (T, num_joints)."""
+    """Computes torques and work of a motion.
+
+    Angles, velocities and accelerations are (T, num_joints).
+    """
     tau = dynamics.compute(q, v, vdot)
     work = np.trapezoid(np.abs(tau * v).sum(axis=1), times)
     return OptimalSwing(times, q, v, vdot, tau, float(work), converged)
 
 
 def _build_lobatto(duration: float, num_pieces: int) -> tuple[Array, Array]:
-    """Computes nodes and weights of the Gauss-Lobatto rule on equal pieces that share their ends, (N,) each."""
+    """Computes nodes and weights of the Gauss-Lobatto rule on equal pieces, (N,) each.
+
+    Pieces share their ends.
+    """
     last = _NODES_A_PIECE - 1
     legendre = Legendre.basis(last)
     inner = np.sort(legendre.deriv().roots().real)

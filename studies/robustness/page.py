@@ -1,4 +1,4 @@
-"""Table of docs/robustness.md, from the metrics of a run: ``make numbers``."""
+"""Writes the table of docs/robustness.md from the metrics of a run: ``make numbers``."""
 
 import json
 import re
@@ -19,7 +19,7 @@ _BETWEEN = re.compile(r"(<!-- make numbers writes from here -->\n).*?(<!-- to he
 
 
 def keep(metrics: Path) -> None:
-    """Stores the metrics of a run that the tables need, without the indices of all assumptions."""
+    """Stores a run's metrics for the tables, without indices of all assumptions."""
     numbers = json.loads(metrics.read_text(encoding="utf-8"))
     for name in ("first_order", "config", "setup", "versions", "run_shown"):
         numbers.pop(name, None)
@@ -29,7 +29,10 @@ def keep(metrics: Path) -> None:
 
 
 def fill() -> int:
-    """Stores the metrics in results/, if there are any, writes the table into the page, and returns exit status 0."""
+    """Writes the table into the page, and returns exit status 0.
+
+    New metrics are first stored in results/.
+    """
     metrics = PAGE.parents[1] / "results" / "robustness" / "metrics.json"
     if metrics.is_file():
         keep(metrics)
@@ -40,7 +43,7 @@ def fill() -> int:
 
 
 def read_tables() -> str:
-    """Returns the text between the marks of the page."""
+    """Returns the text between the page's marks."""
     found = _BETWEEN.search(PAGE.read_text(encoding="utf-8"))
     assert found is not None
     return found[0].removeprefix(found[1]).removesuffix(found[2])

@@ -1,4 +1,4 @@
-"""Report of the study of robustness: in which settings claims hold, and which assumptions move them."""
+"""Report of the study of robustness: valid claims by setting, and important assumptions."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -15,7 +15,7 @@ _LISTED, _REASONS = 12, 6
 
 
 def describe(numbers: Mapping[str, Any], faults: str = "") -> Section:
-    """Describes a run, with a remark on faults that were switched on."""
+    """Describes a run, with a remark on active faults."""
     met, failed = numbers["default_meets"], numbers["default_fails"]
     not_met = f", and not {', '.join(failed)}" if len(failed) else ""
     return Section(
@@ -53,7 +53,7 @@ def describe(numbers: Mapping[str, Any], faults: str = "") -> Section:
 
 
 def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
-    """Judges the claims about the study itself."""
+    """Tests the claims about the study itself."""
     error = n["interpolation_error_m"]
     return [
         claim("enough_settings", "ours", "At least 300 settings were evaluated.",
@@ -67,7 +67,10 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def list_tables(n: Mapping[str, Any]) -> list[Table]:
-    """Lists the tables of the section; docs/robustness.md has columns of the first."""
+    """Lists the tables of the section.
+
+    docs/robustness.md has columns of the first.
+    """
     parts = [[part, f"{seconds:.1f}"] for part, seconds in n["cpu_s"].items()]
     return [
         _tabulate_claims(n["claims"]),

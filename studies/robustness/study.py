@@ -1,4 +1,7 @@
-"""Study of robustness: evaluates every claim in a sample of settings; each repeat is one setting."""
+"""Study of robustness: tests every claim in a sample of settings.
+
+Each repeat is one setting.
+"""
 
 import csv
 import io
@@ -65,12 +68,17 @@ class Robustness:
     num_observers: int = DEFAULT_NUM_OBSERVERS  # number of observers of each setting
 
     def list_files(self) -> list[Path]:
-        """Lists the arm's files, and the files of materials, path and nail, which a setting changes."""
+        """Lists the arm's files, and files that a setting changes.
+
+        The latter are materials, path and nail.
+        """
         names = ("materials.yaml", "paths/reach.yaml", "nail.yaml")
         return [*list_arm_files(self.settings.arm), *(self.models / name for name in names)]
 
     def evaluate(self, index: int | None, *, proves: bool = False) -> tuple[dict[str, float | str], Outcome]:
-        """Evaluates a setting of the sample, or that of the simulations, with their random draws.
+        """Evaluates a setting of the sample or of the simulations.
+
+        Random draws are the setting's own.
 
         With ``proves``, all holds are simulated as well.
 
@@ -94,7 +102,7 @@ class Robustness:
         return setting, outcome
 
     def run_setting(self, repeat: int) -> Arrays:
-        """Evaluates a setting: repeat 0 is that of the simulations, the others are those of the sample.
+        """Evaluates a setting. Repeat 0 is the simulations' setting, others are the sample's.
 
         Returns:
             ``outcomes`` (C,), which are 1, 0 or NaN; ``p_correct`` (2, 4) and ``work_ratio`` (2,) for reaching and
@@ -175,7 +183,10 @@ class Robustness:
         }
 
     def _describe_choices(self, p_correct: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
-        """Computes quantiles of correct choices, (N, moments), over all settings and by noise structure."""
+        """Computes quantiles of correct choices, (N, moments).
+
+        They are over all settings and by noise structure.
+        """
         (column,) = (place for place, each in enumerate(self.assumptions) if each.name == "noise_structure")
         structures = self.assumptions[column].choices
         chosen = {name: levels[:, column] == level for level, name in enumerate(structures)}
@@ -185,7 +196,7 @@ class Robustness:
         }
 
     def draw(self, numbers: Mapping[str, Any]) -> Figure:
-        """Draws the map of claims and assumptions."""
+        """Plots the map of claims and assumptions."""
         order = (*EXPERIMENTS, TASKS)
         claims = dict(sorted(numbers["claims"].items(), key=lambda entry: order.index(entry[0].split(".")[0])))
         shares = np.array([[each["holds"] or 0.0, *each["ci95"]] for each in claims.values()])
@@ -198,7 +209,7 @@ class Robustness:
         )
 
     def write_settings(self, arrays: Arrays, folder: Path) -> None:
-        """Writes the table of the sample, with one row per setting, into the folder."""
+        """Writes the sample's table, with one row per setting, into the folder."""
         arrays = _drop_default(arrays)
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -222,7 +233,10 @@ def _drop_default(arrays: Arrays) -> Arrays:
 
 
 def _list_quantiles(values: Array) -> dict[str, Any]:
-    """Returns the number of rows, and their 5, 50 and 95 % quantiles; there are none if there are no rows."""
+    """Computes the number of rows, and 5, 50 and 95 % quantiles.
+
+    Without rows, quantiles are left out.
+    """
     if not len(values):
         return {"count": 0}
     low, median, high = np.quantile(values, [0.05, 0.5, 0.95], axis=0)

@@ -1,1 +1,1 @@
-"""How far loads weighed by a wrist sensor can be trusted: simulated poses, whose truth is known."""
+"""Study of loads weighed by a wrist sensor, on simulated poses with known truth."""

@@ -1,4 +1,7 @@
-"""``affordance study weigh``: coverage of the intervals of ``affordance weigh`` and of least squares."""
+"""``affordance study weigh``: tests the intervals of ``affordance weigh`` and of least squares.
+
+Coverage is measured.
+"""
 
 import argparse
 import tempfile
@@ -45,7 +48,10 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def run_table(config: WeighConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Weighs one simulated table; returns errors, SDs and whether 50 and 90 % intervals hold the truth."""
+    """Weighs one simulated table.
+
+    Returns errors, SDs, and True where 50 and 90 % intervals contain the truth.
+    """
     simulated = simulate_poses(config.seed, repeat)
     with tempfile.TemporaryDirectory() as folder:
         poses = read_poses(simulated.write(Path(folder) / "poses.csv"))
@@ -67,7 +73,10 @@ def run_table(config: WeighConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
 
 
 def solve_least_squares(simulated: SimulatedPoses, wrench: Array, down_S: Array) -> tuple[Array, Array, Array]:
-    """Solves for mass and centre by ordinary least squares, told the axes; returns them, their SDs and freedoms."""
+    """Solves for mass and centre by ordinary least squares, with known axes.
+
+    Returns them, their SDs and degrees of freedom.
+    """
     g = GRAVITY * down_S
     if simulated.axes == "base":
         wrench = np.column_stack([simulated.rotations.inv().apply(part) for part in np.split(wrench, 2, axis=1)])
@@ -93,7 +102,7 @@ def _simulate(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]
 
 
 def tabulate(run: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Tabulates coverage by noise, number of poses and form, prints it, and returns the numbers."""
+    """Prints and returns coverage by noise, number of poses and form."""
     level = run["level"]
     numbers: dict[str, Any] = {"tables": len(level)}
     numbers |= {name: float(run[name].mean()) for name in ("read_right", "doubted")}

@@ -1,6 +1,6 @@
-"""Simulated poses of a force-torque sensor, with offsets, gains, noise and errors of the orientations.
+"""Simulated poses of a force-torque sensor, with offsets, gains, noise and orientation errors.
 
-Rotations are SciPy's, so that the truth does not rest on the code that is judged.
+Rotations are SciPy's, so that the truth is independent of the tested code.
 """
 
 from pathlib import Path
@@ -40,7 +40,10 @@ class SimulatedPoses(NamedTuple):
 
 
 def simulate_poses(seed: int, repeat: int) -> SimulatedPoses:
-    """Simulates poses; successive repeats go through forms of orientation, noises and numbers of poses."""
+    """Simulates poses.
+
+    Successive repeats cycle through forms of orientation, noises and numbers of poses.
+    """
     rng = np.random.default_rng((seed, repeat))
     form = tuple(FORMS)[repeat % len(FORMS)]
     noise = NOISES[repeat // len(FORMS) % len(NOISES)]
