@@ -10,7 +10,7 @@ order and be forgotten, and memories can be merged.
 Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
 computed on a grid: at each node Laplace's method integrates over all other scores and all delta (Tierney and Kadane
 1986, J. Am. Stat. Assoc. 81:82; Rue, Martino and Chopin 2009, J. R. Stat. Soc. B 71:319). Means and SDs of mu_i and
-rho_k are sums over the grid; correlations are those at the mode of all scores and delta. The result is the normal
+rho_k are sums over the grid; correlations are taken at the mode of all scores and delta. The result is the normal
 distribution that has these moments when it is restricted to positive densities.
 """
 
@@ -582,7 +582,7 @@ def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals, is_
     The correlations after restriction are those of ``covariance``, (B, M, M). The bound of each density is taken for
     a normal factor that gives its moments, as in expectation propagation (Minka 2001): exact for densities that do
     not covary. The expansion replaces it for densities that covary if it is nearer: where the log likelihood is
-    quadratic, (B,), and where the bounds of two of them cut off both ends of what is left open.
+    quadratic, (B,), and where the bounds of two densities cut off both ends of the undetermined direction.
     """
     unit = np.eye(mean.shape[1])
     center, scale = find_untruncated(mean, sd)

@@ -340,8 +340,8 @@ class Felt(NamedTuple):
     def find_likelihood(self, normals: Normals, observers: NDArray[np.intp] | None = None) -> Likelihood:
         """Approximates the exact log likelihood by a quadratic at the posterior mode.
 
-        Value, gradient and Hessian agree there, so evidence and posterior of a normal belief are those of Laplace's
-        method. The mode may be negative.
+        Value, gradient and Hessian agree there, so evidence and posterior of a normal belief equal Laplace's method.
+        The mode may be negative.
 
         Args:
             normals: Beliefs before the lift about the C densities, (N, C).

@@ -9,9 +9,9 @@ kind z. Then
 
 A hypothesis h assigns a kind to each colour of the object. Under h the object's densities are S_h rho + delta, where
 S_h selects these kinds, delta ~ N(0, diag(kappa rho_hat)^2), and rho_hat are the kinds' means before the lift. The
-evidence of the measured torques is that of Laplace's method, and p(h) is proportional to prior times evidence. Only
-the present lift counts: if evidence of oddness were accumulated over lifts, every object would end up as a kind of
-its own.
+evidence of the measured torques is computed by Laplace's method, and p(h) is proportional to prior times evidence.
+Only the present lift counts: if evidence of oddness were accumulated over lifts, every object would end up as a kind
+of its own.
 
 A further kind of a colour has a density N(ref, (s ref)^2), where ref = sqrt(mean^2 + variance) is the root mean
 square density of the colour's most populous kind. There is no absolute scale, so the odds do not change if all
@@ -265,7 +265,7 @@ def _start_broadly(state: State, verdicts: Verdicts, chosen: NDArray[np.intp]) -
 
     With an SD of s times the reference alone, an object many times as dense would be underestimated in lift after
     lift. The SD of a colour's first kind is at least the prior's; with the prior's SD alone, dense materials would be
-    underestimated by a fraction that light ones would not.
+    underestimated, but light materials would not.
     """
     hypotheses = verdicts.hypotheses
     mean, after = hypotheses.densities.mean[chosen], verdicts.posterior.mean[chosen]

@@ -1,9 +1,9 @@
 """Learner that distinguishes odd members of a material from objects of another kind.
 
-Before a lift, the belief about a new object is that about the most populous kind of its colour. For an object that
-was lifted before, it is that about its kind or, if the object is odd, about its own density. After a lift, the gate
-(``kinds_gate``) computes the probability of each hypothesis about the object's kinds. The learner adopts the most
-probable hypothesis or draws one at random, and updates the adopted kinds by Bayes' rule.
+Before a lift, a new object is expected to be of the most populous kind of its colour. A known object is expected to
+be of its kind or, if it is odd, to have its own density. After a lift, the gate (``kinds_gate``) computes the
+probability of each hypothesis about the object's kinds. The learner adopts the most probable hypothesis or draws one
+at random, and updates the adopted kinds by Bayes' rule.
 """
 
 import enum
@@ -39,7 +39,7 @@ _POSITIVE = Within(1e-9, 1e9)
 
 
 class Pick(enum.Enum):
-    """Rule by which a hypothesis about an object's kinds is adopted."""
+    """Rule for adopting a hypothesis about an object's kinds."""
 
     MAP = "map"  # the most probable one, for a working arm
     DRAWN = "drawn"  # a random one, drawn with its posterior probability, to simulate people
@@ -90,7 +90,10 @@ class Kinds(Learner):
         ] = 2.0
 
     def __init__(self, pick: Pick | str = Pick.MAP, **parameters: Any) -> None:
-        """Sets the way to pick a hypothesis, and parameters by name; kappa's default was fitted for this way."""
+        """Sets the rule for hypotheses, and parameters by name.
+
+        The default of kappa was fitted for this rule.
+        """
         self.pick = check_member("pick", pick, Pick)
         super().__init__(**{"kappa": KAPPA[self.pick], **parameters})
 
@@ -125,7 +128,7 @@ class Kinds(Learner):
 
     @override
     def believe(self, state: State) -> Normals:
-        """Returns the belief about new objects of each colour: that about the colour's most populous kind."""
+        """Returns the belief about the most populous kind of each colour."""
         common = self._find_common(state)
         believed, rows = believe_kinds(state), np.arange(len(common))[:, None]
         covariance = believed.covariance[rows[:, :, None], common[:, :, None], common[:, None, :]]
@@ -145,14 +148,14 @@ class Kinds(Learner):
     def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
         """Infers the kinds of the object, and updates them with the lift.
 
-        The cost is that of weighing all hypotheses (``kinds_gate``) and of the posterior given all different holds.
+        The time is spent on weighing all hypotheses (``kinds_gate``), and on the posterior given all different holds.
         """
         state = make_room_for_thing(state, seen)
         verdicts = weigh(state, seen, felt)
         return adopt(state, seen, verdicts, self.pick_verdicts(verdicts, len(seen.things), rng), felt)
 
     def pick_verdicts(self, verdicts: Verdicts, size: int, rng: Draws) -> NDArray[np.intp]:
-        """Picks one verdict for each of B observers; returns its index among all verdicts, (B,)."""
+        """Picks a verdict for each of B observers. Returns its index, (B,)."""
         observers = verdicts.hypotheses.observers
         first = np.searchsorted(observers, np.arange(size))
         places = np.arange(len(observers)) - first[observers]
@@ -168,7 +171,10 @@ class Kinds(Learner):
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Adds a colour with one kind that has the prior, unless a known colour is the most probable one."""
+        """Adds a colour with one kind, unless a known colour is the most probable.
+
+        The kind has the prior.
+        """
         best, M = int(probabilities.argmax()), len(probabilities) - 1
         if best < M:
             return state, best
@@ -192,7 +198,10 @@ class Kinds(Learner):
 
     @override
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
-        """Returns the kind of an object in each of its colours, for a new object the most populous one, (B, m)."""
+        """Finds the kind of an object in each of its colours, (B, m).
+
+        A new object has the most populous kind.
+        """
         state = make_room_for_thing(state, seen)
         thing = np.arange(len(seen.things)), seen.things
         is_known = (state["num_lifts"][thing] > 0)[:, : len(seen.colours)]
@@ -200,5 +209,8 @@ class Kinds(Learner):
         return np.where(is_known, own, find_most_populous(state, seen.colours))
 
     def _find_common(self, state: State) -> NDArray[np.intp]:
-        """Returns the most populous kind of every colour, (B, M); every colour has a kind."""
+        """Finds the most populous kind of every colour, (B, M).
+
+        Every colour has a kind.
+        """
         return find_most_populous(state, range(int(state["kind_colour"].max(initial=-1)) + 1))

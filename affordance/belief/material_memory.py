@@ -197,8 +197,8 @@ class MaterialMemory:
         Returns the memory, and the index of the known colour that represents the measured one.
 
         The measurement error has the standard deviation colour_sd in each direction of CIELAB (0 if exact), plus
-        lightness_sd along the brightness, in units of L*. The prior is that of materials never met. The learner
-        decides what happens with a colour that may belong to several materials.
+        lightness_sd along the brightness, in units of L*. The prior applies to unknown materials. The learner decides
+        how to treat a colour that may belong to several materials.
         """
         if colour_sd == 0.0:
             memory = self.add_colours([colour], prior)
@@ -233,7 +233,7 @@ class MaterialMemory:
         The learner decides whether to use the object's own lifts. The paper's learner expects the same of all objects
         of a colour. When it learns, it still knows which lifts were of the same object.
 
-        The appearance is compared with that of every lifted object. The prior is that of materials never met.
+        The appearance is compared with all lifted objects. The prior applies to unknown materials.
         """
         memory, columns = self._look_at(appearance, prior)
         assert memory.at_hand is not None
@@ -275,8 +275,8 @@ class MaterialMemory:
         The learner must have one density for each colour.
 
         Args:
-            lifts: Appearance of the object of each trial, and a function that returns what was felt of it, given the
-                thing, and the index of each part's density among those of the thing.
+            lifts: Object's appearance in each trial, and a function that returns the evidence. Its arguments are the
+                thing, and the index of each part's density among the thing's densities.
             prior: Prior of materials never met.
         """
         memory, learner = self, self.learner

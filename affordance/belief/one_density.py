@@ -1,7 +1,7 @@
 """Learner with one mean density per material, updated by Bayes' rule (paper).
 
 Torques depend on an object's own densities, which deviate from the means of its materials. An object has the same
-deviation in all its lifts. The state keeps every hold, and the posterior is that of all of them (``exact``).
+deviation in all its lifts. The state keeps every hold, and the posterior is computed from all of them (``exact``).
 """
 
 from collections.abc import Sequence

@@ -2,8 +2,9 @@
 
 Arguments are the mean, (M,), and the covariance, (M, M), of the unrestricted distribution, or its inverse. Densities
 are positive, so every mode, mean, percentile, sample and evidence of a belief refers to this distribution.
-Uncorrelated coordinates are treated separately. A single coordinate has closed forms; two or three correlated ones
-are integrated by nested quadrature; four or more are averaged over weighted points, which is less accurate.
+Uncorrelated coordinates are treated separately. A single coordinate has closed forms. Two or three correlated
+coordinates are integrated by nested quadrature. Four or more are averaged over weighted points, which is less
+accurate.
 """
 
 from collections.abc import Iterator

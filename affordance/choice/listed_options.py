@@ -23,7 +23,7 @@ def list_options(
     Args:
         tool: Tool to be observed.
         error: Standard deviations of the errors that are added to true features.
-        seed: Seed of these errors, or of those of the eye.
+        seed: Seed of these errors, or of the eye's errors.
         eye: Function that measures the features; None for true features with errors.
 
     Raises:

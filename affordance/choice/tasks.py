@@ -36,7 +36,7 @@ def list_tasks(models: Path) -> tuple[str, ...]:
 def load_task(models: Path, name: str, arm: Arm | None = None) -> TaskCostModel:
     """Loads a task from a model folder by its name, which is also the default kind.
 
-    Other arguments and errors are those of ``load_task_file``.
+    Other arguments and errors are as in ``load_task_file``.
 
     Raises:
         BadValueError: If the folder has no task of this name.

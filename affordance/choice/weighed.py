@@ -116,8 +116,8 @@ def condition_on_weighings(
     A weighing is a hold, and the belief is the posterior given all of them (``affordance.belief.exact``): its moments
     for each object, with correlations between objects through their materials' means.
 
-    An object whose weighing contradicts the belief about materials may be made of anything: the spread of its own
-    densities becomes that of the prior of any material.
+    An object whose weighing contradicts the belief about materials may be made of anything: its own densities get the
+    spread of the prior.
 
     Args:
         belief: Belief about the M materials' mean densities.

@@ -1,9 +1,9 @@
 """Quadratic program for minimum angular acceleration within limits; mpc.py defines it.
 
 The accelerations are the decision variables; angles and rates after each step are linear in them. There are many
-limits of angle and rate, but few become active, so only those that a plan without them violates are added: solve,
-check, add, and solve again. A solution that violates no other limit is the optimum of the whole program. If no plan
-satisfies all limits, for instance because the arm is already beyond one, a linear program first finds the least
+limits of angle and rate, but few become active. Limits are therefore added only if a plan without them violates them:
+solve, check, add, and solve again. A solution that violates no other limit is the optimum of the whole program. If no
+plan satisfies all limits, for instance because the arm is already beyond one, a linear program first finds the least
 violation.
 """
 

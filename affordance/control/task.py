@@ -1,7 +1,7 @@
 """Tasks of the controller: interface, start postures, and holding an object still.
 
 The goal of a hold is the hand's pose and, in its null space, the arm's posture. A posture determines the hand's pose,
-so the joint angles closest to both are exactly those of the posture, and nothing needs to be linearised
+so the posture itself is closest to both goals, and nothing needs to be linearised
 (docs/decisions/0005-controller.md).
 """
 

@@ -1,1 +1,4 @@
-"""What goes beyond the paper, one folder each; without a folder all others work, but those that import it."""
+"""Extensions beyond the paper, one folder each.
+
+Without a folder, all others work except those that import it.
+"""

@@ -38,8 +38,8 @@ def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance
     """Returns True if two appearances can belong to the same object.
 
     They need equally many parts that match one to one. Parts match if their colours are the same, and their sizes and
-    positions differ by no more than measurement error and what the eye can distinguish. This takes n^2 comparisons
-    for n parts.
+    positions differ by no more than measurement error plus the resolution of the eye. This takes n^2 comparisons for
+    n parts.
     """
     if len(one) != len(other):
         return False

@@ -5,8 +5,8 @@ volume d = p1 . (p2 x p3) / 6, and with s = p1 + p2 + p3
 
     integral x x^T dV = d (s s^T + sum_k p_k p_k^T) / 20,    integral x dV = d s / 4
 
-whose sums over all faces are those of the solid, whatever its form (Lien and Kajiya 1984, IEEE Computer Graphics and
-Applications 4:35-42, from memory).
+whose sums over all faces are the solid's integrals, whatever its form (Lien and Kajiya 1984, IEEE Computer Graphics
+and Applications 4:35-42, from memory).
 """
 
 import hashlib

@@ -31,8 +31,8 @@ class Body(NamedTuple):
 
     The centroid's position in the file's frame F is p_FEo, (3,), [m]; F is parallel to E.
 
-    The numbers of the body and its cavities are indices of shells in the file's order. The colour is that of the
-    largest part of its surface; None if the file gives none.
+    The numbers of the body and its cavities are indices of shells in the file's order. The colour covers most of its
+    surface; None if the file gives none.
     """
 
     solid: TriangleMesh

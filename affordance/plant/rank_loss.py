@@ -33,7 +33,7 @@ def describe_rank_loss(model: ArmModel, q: Array, p_TQ: Array) -> str:
 
     Empty if it is not too close.
 
-    Arguments are those of ``compute_mobility``.
+    Arguments are as in ``compute_mobility``.
     """
     mobility = compute_mobility(model, q, p_TQ)
     if mobility >= MIN_MOBILITY:

@@ -66,7 +66,7 @@ def condition_on_torques(
 
     The evidence takes most of the time to compute.
 
-    Arguments are those of compute_posterior; at least one sample is required.
+    Arguments are as in compute_posterior; at least one sample is required.
     """
     felt = noise.describe(statistics.features, statistics.num_samples, num_joints, prior.geometry)
     lesson = prior.memory.learn(felt, deviation)

@@ -45,7 +45,7 @@ class StaticHold:
     ) -> TorqueStatistics:
         """Draws the measured torques of an object with the given densities.
 
-        The seed determines all errors, including that of the joint acceleration.
+        The seed determines all errors, including the error of the joint acceleration.
 
         Args:
             belief: Belief whose geometry the object has.

@@ -105,7 +105,10 @@ class WeberNoise(CheckedFields):
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """Draws a gain error and an offset for each joint; zeros if samples are independent."""
+        """Draws a gain error and an offset for each joint.
+
+        They are zero if samples are independent.
+        """
         if self.independent_samples:
             return np.zeros(num_joints), np.zeros(num_joints)
         rng = np.random.default_rng(seed)
@@ -113,7 +116,10 @@ class WeberNoise(CheckedFields):
         return gain, self.threshold * rng.standard_normal(num_joints)
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """Draws the error of an independent sample from a gain error and an offset; None if errors last the trial."""
+        """Draws the error of an independent sample from a gain error and an offset.
+
+        Returns None if errors last the trial.
+        """
         if not self.independent_samples:
             return None
         gain, offset = np.random.default_rng(seed).standard_normal((2, len(tau)))
@@ -154,7 +160,7 @@ class WhiteNoise(CheckedFields):
         return np.concatenate([(Y.T @ Y).ravel(), Y.T @ residual, [residual @ residual]])
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Returns what all samples tell: a quadratic log likelihood."""
+        """Converts all samples to evidence, a quadratic log likelihood."""
         sums = num_samples * features / self.sd**2
         YtY = sums[: NUM_PARAMETERS**2].reshape(NUM_PARAMETERS, NUM_PARAMETERS)
         log_scale = num_samples * num_joints * np.log(2.0 * np.pi * self.sd**2)
@@ -186,7 +192,7 @@ def draw_acceleration_error(sd: float, seed: tuple[int, ...], num_joints: int) -
     It is zero if sd is zero.
 
     The paper assumes exact accelerations, and so does the estimator. The error multiplies the whole mass matrix,
-    including that of the arm (docs/decisions/0004-noise.md).
+    including the arm's (docs/decisions/0004-noise.md).
     """
     if sd == 0.0:
         return np.zeros(num_joints)

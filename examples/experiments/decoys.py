@@ -1,7 +1,7 @@
 """Computes beliefs about a decoy's apparent material after many holds of it.
 
-The objects of Simulation I are held once, those of Simulation II three times; then their decoys. The second decoy is
-the twin of an honest object.
+The objects of Simulation I are held once, the objects of Simulation II three times; then their decoys. The second
+decoy is the twin of an honest object.
 
 affordance run decoys.py --repeats 200
 """

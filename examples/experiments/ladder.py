@@ -383,7 +383,7 @@ def _draw_excursions(panel: Axes, found: Mapping[str, Any]) -> None:
 def tabulate_lifts(data: xr.Dataset, tools: Sequence[Tool], learner: str, arm: str) -> pd.DataFrame:
     """Tabulates all holds of a learner with an arm.
 
-    Observers with the infant's arm are numbered after those with the adult's.
+    Observers with the infant's arm are numbered after the adult's.
     """
     rods, observers = len(tools) - 2, data.sizes["observer"]
     held = np.array([*np.repeat(np.arange(rods), 2), rods, rods + 1])

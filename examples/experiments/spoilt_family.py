@@ -3,7 +3,7 @@
 This design is ours and not yet tested with people.
 
 Four cylinders of one look become familiar. Then an odd object of the same look, with a size between theirs, is lifted
-six times in a row; it weighs a third of what its size predicts. Then the family is lifted again. Expected: with one
+six times in a row; it weighs a third of its size's prediction. Then the family is lifted again. Expected: with one
 density for each colour, observers lift the whole family as if it had become lighter; with kinds, they lift the odd
 object correctly from its second lift on, and the family as before. The design was made before any result was seen; of
 three such designs, this and ``two_families`` were kept because learners differed most in them.

@@ -162,7 +162,7 @@ def _list_learners(setup: Setup) -> Sequence[Learner]:
 def read_choices(path: Path) -> pd.DataFrame:
     """Reads the choices of a filled data sheet, a row for each answer.
 
-    The columns are those of simulated choices.
+    The columns are as for simulated choices.
 
     Rows may be in any order, and participants may be missing. Choices without an answer are left out. ``observer``
     numbers the participants in the order of the sheet.

@@ -97,8 +97,8 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
         belief was enough, NaN if never; ``put``, the delay until the put-down was noticed; ``beliefs``, numbers of
         beliefs of the load and of those whose interval holds its mass; ``last``, mean, SD and whether the interval of
         the last belief holds the truth; ``final``, the same of ``identify``, and whether it is trusted; ``com``,
-        errors of the centre of mass of the last belief, [m]; ``false``, number of changes that were none;
-        ``milliseconds``, means for a sample and a belief.
+        errors of the centre of mass of the last belief, [m]; ``false``, number of false changes; ``milliseconds``,
+        means for a sample and a belief.
     """
     rng = np.random.default_rng((config.seed, list(ARMS).index(config.arm), repeat))
     mass = float(np.exp(rng.uniform(*np.log(MASSES[config.arm]))))

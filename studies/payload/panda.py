@@ -1,6 +1,4 @@
-"""Adds torques of random payloads to a Panda's measured torques.
-
-The noise is thus real.
+"""Adds torques of random payloads to a Panda's measured torques, whose noise is real.
 
 An injected payload passes through no sensor, so gains are exact here; everything else is as on a real robot. The arm
 is fitted outside the window of identification and half a second on either side. Payloads are two or three boxes in a

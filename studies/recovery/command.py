@@ -112,7 +112,10 @@ def _show_lead(lead: Mapping[str, float]) -> str:
 
 
 def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Counts recovered against true learners, and correlates recovered with true kappa, as in metrics.json."""
+    """Counts recovered against true learners, and correlates recovered with true kappa.
+
+    The form is as in metrics.json.
+    """
     true = np.arange(len(found["score"])) % len(names)
     numbers: dict[str, Any] = {"learners": names, "people_of_each": len(true) // len(names), "seed": config.seed}
     for by, sign in (("score", 1.0), ("bic", -1.0)):
@@ -150,7 +153,9 @@ def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[An
 
 
 def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
-    """Computes mean and SD of leads in log score, (people,), and the participants who show that it is above zero.
+    """Computes mean and SD of leads in log score, (people,).
+
+    Also computes the participants needed to show a positive lead.
 
     The test is Student's, one-sided at .05 with a power of .8. There is no SD for one person, and no number of
     participants if the mean is not above zero or more than 10,000 are needed.
@@ -165,7 +170,10 @@ def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
 
 
 def _count(effect: float, *, groups: int) -> float:
-    """Computes the participants per group that a one-sided t test needs; infinite if more than 10,000."""
+    """Computes the participants per group for a one-sided t test.
+
+    It is infinite above 10,000.
+    """
     for count in range(2, 10_001) if effect > 0.0 else ():
         free = groups * (count - 1)
         if 1.0 - nctdtr(free, effect * math.sqrt(count / groups), stdtrit(free, 1.0 - _ALPHA)) >= _POWER:
@@ -174,7 +182,9 @@ def _count(effect: float, *, groups: int) -> float:
 
 
 def count_per_group(posterior_sd: float) -> float:
-    """Computes the participants per group who show kappas that differ by a factor of 1.5 (one-sided .05, power .8).
+    """Computes the participants per group that can show a kappa ratio of 1.5.
+
+    The test is one-sided at .05 with a power of .8.
 
     Between people, log kappa is assumed to have an SD of .3. A posterior SD s under a normal prior with SD p means
     that log kappa is measured with the error variance 1 / (1 / s^2 - 1 / p^2).

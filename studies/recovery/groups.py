@@ -1,4 +1,4 @@
-"""Simulates a pool of people, fits each as ``affordance fit`` does, and forms many groups from it.
+"""Fits a pool of simulated people as ``affordance fit`` does, and forms many groups from it.
 
 People lift objects of Linear++ 60 times. In the population, log kappa and log push_error are normal. In one condition
 kappa is larger by a factor. Groups are drawn from the pool at random, so they share people: a pool of R people in a
@@ -71,7 +71,10 @@ def list_parameters() -> list[Any]:
 
 
 def simulate_person(config: GroupRecovery, number: int) -> Person:
-    """Simulates the lifts of a person, whose condition is ``number`` modulo three; the last has the effect."""
+    """Simulates the lifts of a person in condition ``number`` modulo three.
+
+    The last condition has the effect.
+    """
     normal = np.random.default_rng([config.seed, number]).standard_normal(len(SPREADS))
     push_error, kappa = (
         each.median * math.exp(SPREADS[each.name] * z) for each, z in zip(list_parameters(), normal, strict=True)
@@ -82,7 +85,10 @@ def simulate_person(config: GroupRecovery, number: int) -> Person:
 
 
 def recover_groups(config: GroupRecovery, jobs: int, folder: Path) -> dict[str, Any]:
-    """Fits the pool, in which finished people are kept, and recovers groups; returns what metrics.json contains."""
+    """Fits the pool and recovers groups. Returns the content of metrics.json.
+
+    Finished people are cached.
+    """
     people = [partial(simulate_person, config, number) for number in range(_CONDITIONS * config.people)]
     pool = tuple(run_tasks(people, jobs=jobs, description="people"))
     question = Question(
@@ -112,7 +118,9 @@ def recover_groups(config: GroupRecovery, jobs: int, folder: Path) -> dict[str, 
 
 
 def measure_groups(config: GroupRecovery, own: Array, size: int, number: int) -> Array:
-    """Forms groups of people at random, and compares them; returns errors and intervals, (4, F, 2 + levels).
+    """Forms random groups of people, and compares them.
+
+    Returns errors and intervals, (4, F, 2 + levels).
 
     Args:
         config: Configuration.
@@ -149,7 +157,10 @@ def _judge(values: Array, true: float) -> list[float]:
 
 
 def summarise_groups(found: NDArray[np.float64]) -> dict[str, Any]:
-    """Summarises results of ``measure_groups``, (groups, 4, F, 2 + levels), by quantity and parameter."""
+    """Summarises results of ``measure_groups`` by quantity and parameter.
+
+    Results are (groups, 4, F, 2 + levels).
+    """
     return {
         quantity: {
             name: {

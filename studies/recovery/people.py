@@ -107,7 +107,10 @@ def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, t
 
 
 def simulate_pushes(name: str, settings: LiftSettings, seed: int, design: Design) -> Person:
-    """Simulates the lifts of one person; the seed is that of the order, of what is felt, and of the pushes."""
+    """Simulates the lifts of one person.
+
+    The seed determines order, measurements and pushes.
+    """
     tools = tuple(linear.make_objects(GROUP))
     names = [tool.name for tool in tools]
     data = lift(Setup(seed=seed, settings=settings), tools, design, [0])[0]
@@ -116,7 +119,10 @@ def simulate_pushes(name: str, settings: LiftSettings, seed: int, design: Design
 
 
 def weigh(values: Array, log_likelihoods: Array) -> tuple[Array, Array]:
-    """Computes posterior means and SDs, (K,) each, from prior draws, (D,), and their log likelihoods, (D, K)."""
+    """Computes posterior means and SDs, (K,) each, by weighting prior draws, (D,).
+
+    Log likelihoods are (D, K).
+    """
     weights = np.exp(log_likelihoods - logsumexp(log_likelihoods, axis=0))
     mean = values @ weights
     return mean, np.sqrt(np.maximum(values**2 @ weights - mean**2, 0.0))

@@ -117,8 +117,8 @@ def _interpolate_line(
     The first candidates are true beliefs, which are always nodes.
 
     Returns:
-        Motions of all candidates, (P, N), [m], and the largest error of those in the middle of gaps; None if all must
-        be simulated.
+        Motions of all candidates, (P, N), [m], and the largest error in the middle of gaps; None if all must be
+        simulated.
     """
     order = np.unique(scaled.round(9), return_index=True)[1]  # among equal positions, the true belief is kept
     angles = np.arccos(-np.clip(scaled[order], -1.0, 1.0))

@@ -113,7 +113,7 @@ def describe_holds(advice: HoldAdvice, width: int = 0) -> list[str]:
 def _describe_decision(decision: OpenDecision, unit: str) -> str:
     """Describes which option to take now, or why none can be taken.
 
-    The words are those of a ranking.
+    The words are as in a ranking.
     """
     tool, _, grip = decision.best.rpartition(" by ")
     name = name_option(tool or grip, grip if tool else "", decision.alike)

@@ -42,7 +42,7 @@ _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 class Bench(NamedTuple):
     """Tools, tasks, belief and criterion from which a tool is chosen.
 
-    Every tool has at least one grip. The settings are those of the robot's arm with the changes of ``--set``.
+    Every tool has at least one grip. The settings have the robot's arm and the changes of ``--set``.
     """
 
     settings: Settings

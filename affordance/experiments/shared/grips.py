@@ -1,7 +1,7 @@
 """Choice of a grip for a new tool: plans, two rules, and shares of correct choices.
 
-The correct grip is the one with the least absolute work when the real tool is simulated without errors of vision, arm
-or sensors. Such errors affect what observers see and learn, but never which grip is correct.
+The correct grip has the least absolute work when the real tool is simulated without errors of vision, arm or sensors.
+Such errors affect what observers see and learn, but not the correct grip.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -41,7 +41,7 @@ class Results:
 
     Attributes:
         title: Heading of its section in the report.
-        summary: What was done, in a sentence or two.
+        summary: Description of the run, in a sentence or two.
         finding: The outcome in one sentence.
         data: Measurements of all observers, with names, units and meanings.
         numbers: Numbers of metrics.json.

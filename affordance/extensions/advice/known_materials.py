@@ -49,10 +49,10 @@ def know_by_name(
 ) -> NamedBelief:
     """Replaces the prior of the tools' materials by handbook densities.
 
-    A part's material is the one that the part looks like, if that has a name among the materials, and otherwise the
-    one in the part's entry. Its density has the handbook's mean and spread; what the memory has learned about its
-    colour is added as evidence. If several materials share a colour, their densities are mixed. A memory whose
-    learner has several kinds of a colour is returned unchanged.
+    A part's material is its apparent material, if the materials include it by name, and otherwise the material in the
+    part's entry. Its density has the handbook's mean and spread. Evidence in the memory about its colour is added. If
+    several materials share a colour, their densities are mixed. A memory whose learner has several kinds of a colour
+    is returned unchanged.
 
     Args:
         memory: Memory of materials.

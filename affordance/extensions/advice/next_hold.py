@@ -67,9 +67,9 @@ class OpenDecision(NamedTuple):
         is_usable: True if that option is usable: feasible with the probability that a ranking requires.
         p_feasible: Probability that it is feasible.
         p_best: Probability that it is the best.
-        regret: Expected excess of its cost over that of the best option, in the unit of the cost.
+        regret: Expected excess of its cost over the best option's, in the unit of the cost.
         cost: Expected cost of that option, in the same unit.
-        margin: Expected cost of the second best option minus that of the best; None if there is only one.
+        margin: Expected cost of the second best option minus the best option's; None if there is only one.
         p_possible: Probability that at least one option can do the task.
         alike: Names of grips of the same tool that are equivalent to that option's by symmetry.
         infeasible_reason: Reason why that option is not usable; empty if it is.
@@ -210,7 +210,7 @@ def advise_hold(
         bounds: Largest wrench that the gripper can hold; None for no bounds.
         price: Price of a hold, in the unit of the criterion.
         looks: Names of the objects that the memory has held, with their looks. One of these objects may be odd, which
-            means not made of what it looks like.
+            means made of another material than it looks like.
         looks_ahead: True to plan a few holds ahead.
         num_samples: Number of samples of the belief.
         seed: Seed of the samples.

@@ -417,7 +417,7 @@ class Ledger:
     def _set_up(self, *, create: bool) -> None:
         """Creates the tables of a new database. Any other tables are rejected.
 
-        The size is limited to what can be opened again.
+        The size is limited, so that the file can be opened again.
         """
         with self._reads():
             found = self._list_definitions()

@@ -476,7 +476,7 @@ def _judge_halves(
 ) -> Iterator[str]:
     """Compares the masses from the two halves of the run.
 
-    Gains are the same, or those of the other half.
+    Gains are the same for both, or from the other half.
     """
     if belief.calibration is not None:
         halves = belief.halves

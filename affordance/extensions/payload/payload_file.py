@@ -92,7 +92,7 @@ def write_payload(
         bodies: Samples of the ten inertial parameters about To, in T, shape (S, 10).
         frame: Name of T.
         weights: Weights of the samples, shape (S,); None for equal weights.
-        note: What the file should say about the numbers.
+        note: Comment of the file on the numbers.
         draws: Number of bodies to draw; each goes to a file with its number before the suffix.
         seed: Seed of the draws.
 

@@ -30,9 +30,9 @@ def describe_payload(
     """Describes a belief, with verdicts on claimed payloads and a memory's lesson.
 
     The first line is the answer. Sentences are wrapped at ``width`` characters unless that is 0; lines to paste never
-    are. Claims and lines to paste are expressed in the flange frame; a string in its place is the reason why there is
-    none. Each density is named after the materials that have its colour. If the result is not to be trusted, lines to
-    paste are written only with ``anyway``.
+    are. Claims and lines to paste are expressed in the flange frame; a string instead of it is the reason for its
+    absence. Each density is named after the materials that have its colour. If the result is not to be trusted, lines
+    to paste are written only with ``anyway``.
     """
     blocks = [f"{give_answer_line(belief, flange)}\n{_give_verdict(belief)}", _tabulate(belief)]
     if (halves := belief.halves) is not None:

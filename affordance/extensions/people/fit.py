@@ -402,7 +402,7 @@ def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
         tree: Fit.
         by: ``participant`` sums over each participant's pushes, so that whole participants are left out; this makes
             sense for a pooled fit only. ``push`` has one entry for each observed push; later pushes are still
-            predicted from what was felt in the lift that is left out.
+            predicted from the measurement in the left-out lift.
     """
     if by not in ("participant", "push"):
         raise BadValueError("arrange_for_loo", "by", describe_choice(by, ("participant", "push")))
@@ -456,7 +456,10 @@ def leave_out(log_likelihoods: Array) -> tuple[Array, Array]:
 
 
 def write_fit(tree: xr.DataTree, folder: Path) -> None:
-    """Writes each group of a fit to a NetCDF file with the group's name; needs no further library."""
+    """Writes each group of a fit to a NetCDF file with the group's name.
+
+    No further library is needed.
+    """
     for name in GROUPS:
         dataset = tree[name].to_dataset()
         write_atomic(

@@ -21,7 +21,10 @@ _AFTER = "proposed after groups that are now held out had been seen"
 
 
 def _of_each(bound: Within) -> Checked:
-    """Builds a check for a number, or for a sequence with one number per observer, which becomes a tuple."""
+    """Builds a check for a number, or for a number per observer.
+
+    A sequence of numbers becomes a tuple.
+    """
 
     def check(name: str, value: Any) -> Any:
         if isinstance(value, np.ndarray | list | tuple):
@@ -173,7 +176,7 @@ def take(participant: Participant, name: str, observers: Sequence[int]) -> Array
 
 
 def list_own_values(pushes: Pushes, learner: Learner) -> dict[str, Array]:
-    """Lists the parameters of participants and of their learner by the name of the setting, (B,) each."""
+    """Lists the parameters of participants and learner by setting, (B,) each."""
     size = len(pushes.gain)
     of_learner = {each.name: getattr(learner.parameters, each.name) for each in fields(learner.parameters)}
     own = {

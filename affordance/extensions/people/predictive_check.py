@@ -1,8 +1,8 @@
 """Posterior predictive checks: compares a person's pushes with simulated pushes.
 
-Each statistic of a person's pushes is compared with that of simulated people, whose parameters are drawn from the
-person's posterior, in the same lifts. A statistic fails if few simulated people reach it. The threshold gives one
-false alarm in twenty people (Bonferroni).
+Each statistic of a person's pushes is compared with simulated people in the same lifts. Their parameters are drawn
+from the person's posterior. A statistic fails if few simulated people reach it. The threshold gives one false alarm
+in twenty people (Bonferroni).
 """
 
 from collections.abc import Mapping, Sequence

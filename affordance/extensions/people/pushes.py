@@ -62,7 +62,9 @@ def read_lifts(
     columns: Mapping[str, str] = {},
     group: str = "",
 ) -> Lifts:
-    """Reads the lifts of participants; simulated observers count as participants too.
+    """Reads the lifts of participants.
+
+    Simulated observers count as participants.
 
     Without ``tools``, objects are built from the table: cylinders with the mass and size given in each row, held at
     their middle. They look alike unless the column ``looks_like`` differs. No other property matters for lifts.
@@ -113,7 +115,7 @@ def read_lifts(
 def _choose(path: Path, known: Sequence[str], learner: str) -> str:
     """Chooses whose lifts are read.
 
-    These are the chosen learner's, else people's, else those of the only learner.
+    These are the chosen learner's lifts, else people's, else the only learner's.
     """
     if learner:
         if learner not in known:

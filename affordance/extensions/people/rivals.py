@@ -81,7 +81,10 @@ class OwnMemory(Learner):
 
 
 class NothingRemembered(OwnMemory):
-    """Learner that forgets: each lift starts from the prior, and what is felt is used only within that lift."""
+    """Learner that forgets: each lift starts from the prior.
+
+    Measurements are used only within their lift.
+    """
 
     @property
     @override

@@ -2,8 +2,8 @@
 
 Results are beliefs, forces, and measurements at rest. In each lift an observer sees an object, pushes with its
 believed weight (``control.hold``), then holds it, and learns from the noisy torques of the arm at rest with the
-object in its hand. The arm is that of all simulations, in its home posture, but no motion is simulated. Observers are
-the rows of arrays and are independent of each other.
+object in its hand. The arm is the same as in all simulations, in its home posture, but no motion is simulated.
+Observers are the rows of arrays and are independent of each other.
 """
 
 import copy

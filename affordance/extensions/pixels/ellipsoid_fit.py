@@ -109,7 +109,7 @@ class Sighting(NamedTuple):
 
     Depth, (N,), [m], and points, (N, 3), [m], are on the near side. For a ray outside the outline, they belong to its
     point closest to the ellipsoid. Normals A (p - c), (N, 3), [1/m], point outwards and are not normalised. The
-    outline distance, (N,), [pixels], says how far each ray is inside the outline, to first order.
+    outline distance, (N,), [pixels], is each ray's distance inside the outline, to first order.
     """
 
     depth: Array

@@ -63,7 +63,7 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
 
     Raises:
         SeeingError: Parts cannot be detected (see ``segment``), a part is hidden by another (HiddenPartError), or a
-            visible surface is not that of an ellipsoid (NoFitError).
+            visible surface is no ellipsoid (NoFitError).
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []

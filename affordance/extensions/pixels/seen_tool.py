@@ -1,9 +1,8 @@
 """Measures looks and solids of objects of any form from pictures.
 
-A solid consists of columns between two sides, minus the hollows that four more views show. What a camera cannot see,
-such as a cavity or a core of another material, is included in the stated error, whose size was determined on ten
-tools (docs/decisions/0015-vision-from-pixels.md, which also lists the other reconstructions that the study of tools
-compares).
+A solid consists of columns between two sides, minus the hollows that four more views show. Invisible features, such
+as a cavity or a core of another material, are included in the stated error. Its size was determined on ten tools
+(docs/decisions/0015-vision-from-pixels.md, which also lists other reconstructions that were compared).
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -94,7 +94,7 @@ class Surface(NamedTuple):
     Attributes:
         mask: True where the object is visible.
         corner: Column and row of the window's first pixel, (2,).
-        depth: Averaged depth, [m]; outside the mask, that of the nearest pixel with readings.
+        depth: Averaged depth, [m]; outside the mask, the depth of the nearest pixel with readings.
         colour: Colour in full light, in [0, 1], (height, width, 3); valid where ``lit`` is true.
         lit: True where the surface's slope is known well enough to compute the colour.
     """

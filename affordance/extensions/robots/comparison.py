@@ -119,7 +119,7 @@ def read_joints(path: Path, tip: str = "") -> ArmData:
 
     A folder must be written by ``import-arm``.
 
-    Limits may be missing, and impossible inertias are replaced by the nearest possible ones. Errors are those of
+    Limits may be missing, and impossible inertias are replaced by the nearest possible inertias. Errors are as in
     ``read_arm``.
     """
     tree = build_tree(read_robot(path / "arm.sdf" if path.is_dir() else path))

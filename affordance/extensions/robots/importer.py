@@ -56,7 +56,7 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
     so that its z is up at home. With a roll, home postures with the hand's z up are searched.
 
     Raises:
-        BadValueError: The file or an option is invalid or incomplete; the message says what and where.
+        BadValueError: The file or an option is invalid or incomplete; the message names fault and place.
         ModelFileError: Drake cannot parse the file, or no home posture was found.
     """
     arm = read_arm(path, options)

@@ -5,7 +5,7 @@ It has shapes, grips, and a mass as if weighed.
 A link that is fixed to another and has neither shape nor mass is a grip. A shape's material is found by its name in
 the file; a material that the program does not know is identified by its colour. A link's mass is distributed
 according to its centre of mass and moments, with the errors of a drawing. If these are impossible for its shape, the
-mass is distributed evenly over the shape, and a remark says so.
+mass is distributed evenly over the shape, with a remark.
 """
 
 from collections.abc import Mapping

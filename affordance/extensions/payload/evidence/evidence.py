@@ -98,9 +98,10 @@ class ErrorModel(NamedTuple):
         The estimate is the sum of squared block sums of the residual divided by the number of samples. This is the
         variance of a sample times the number of samples that share its error. If the sensor drifts, it is multiplied
         by the number of blocks that share an error, which follows from the correlation of neighbouring blocks. It is
-        at least the variance with correlation by the filter alone, and at least that of earlier runs. A channel with
-        no more independent samples than fitted unknowns has an uninformative residual, so its whole signal may be
-        error. At rest the errors of postures are independent but few: see ``estimate_variance_at_rest``.
+        at least the variance with correlation by the filter alone, and at least the variance of earlier runs. A
+        channel with no more independent samples than fitted unknowns has an uninformative residual, so its whole
+        signal may be error. At rest the errors of postures are independent but few: see
+        ``estimate_variance_at_rest``.
         """
         if self.alike_at_rest:
             estimate = estimate_variance_at_rest(statistics, weights, self.alike_at_rest)

@@ -3,8 +3,8 @@
 It works, takes up and puts down objects, and reports.
 
 This file imports nothing of the project and runs as a process of its own. MuJoCo simulates one of two arms, whose
-true links, gains and friction differ from their file; the controller knows the file only. What the robot truly holds
-goes to standard error, never into the stream.
+true links, gains and friction differ from their file; the controller knows the file only. The robot's true load goes
+to standard error, never into the stream.
 
     python foreign_robot.py fr3 --model fr3.xml
     python foreign_robot.py fr3 --script "move 5, pick 1.2, move 12, put, move 4" | affordance live fr3.xml ...

@@ -203,7 +203,7 @@ class LiveIdentifier:
         """Adds a sample and returns the resulting events.
 
         Args:
-            t: Time at which the sample was measured, [s]; not that of its arrival.
+            t: Time at which the sample was measured, [s]; not its time of arrival.
             q: Joint angles in the order of the robot's joints, shape (n,), [rad].
             v: Joint velocities, shape (n,), [rad/s]; None to derive them from the angles, for all samples alike.
             signal: Signals, in the unit of the empty runs, shape (n,).

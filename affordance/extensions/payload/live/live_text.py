@@ -17,7 +17,7 @@ _ENOUGH_RUNS = 3
 def describe_event(event: LiveEvent, flange: Flange | str, start: float) -> str:
     """Describes an event, with times since the first sample, ``start``, [s].
 
-    Lines for a controller are expressed in the flange frame; a string in its place is the reason why there is none.
+    Lines for a controller are expressed in the flange frame; a string instead of it is the reason for its absence.
     """
     return "\n".join(
         f"{event.time - start:7.1f} s  {line}" if i == 0 else line

@@ -121,7 +121,7 @@ class LoadChange:
     def _measure_variance(self, cells: Sequence[Cell], anything: Array) -> Array:
         """Estimates the long-run error variance, (C,).
 
-        It is at least the variance of the empty runs, or what a load leaves.
+        It is at least the variance of the empty runs, or of the residual of a load.
         """
         if len(cells) < 3:
             return self._least

@@ -351,8 +351,8 @@ def spread_bodies(
     """Spreads posterior samples over likelihoods with different error variances.
 
     Each sample is assigned to a random one of the likelihoods, and moved as the normal (Laplace) approximation about
-    the mode moves: from one most probable body to the other, scaled by the roots of both covariances. What the run
-    does not show stays as it is.
+    the mode moves: from one most probable body to the other, scaled by the roots of both covariances. Undetermined
+    quantities stay unchanged.
     """
     theta = theta_from_parameters(thicken(bodies.pi))
     away = np.linalg.solve(np.linalg.cholesky(mode.covariance), (theta - mode.theta).T).T

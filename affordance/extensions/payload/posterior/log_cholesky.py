@@ -33,7 +33,7 @@ def theta_from_parameters(pi: Array) -> Array:
     """Converts ten parameters, shape (..., 10), to theta, shape (..., 10).
 
     Raises:
-        numpy.linalg.LinAlgError: The parameters are not those of a body with positive volume.
+        numpy.linalg.LinAlgError: The parameters do not belong to a body with positive volume.
     """
     J = pseudo_inertia_from_parameters(pi)
     m = J[..., 3, 3]

@@ -39,7 +39,7 @@ class Marginals(NamedTuple):
 def describe_bodies(pi: Array) -> Array:
     """Computes mass, centre of mass and moments about it from pi, (N, 10).
 
-    The order is that of QUANTITIES.
+    The order is as in QUANTITIES.
     """
     m, c = pi[:, 0], pi[:, 1:4] / pi[:, :1]
     return np.column_stack([m, c, pi[:, 4:] - m[:, None] * compute_point_parameters(c)[:, 4:]])

@@ -138,9 +138,9 @@ def spread_gains(fit: PayloadFit) -> Array:
 
     Axes may disagree about the weight of the load.
 
-    The variance of a gain about what is common to all has a scaled inverse chi-squared prior, in which the stated
-    variance weighs as much as one gain. Scales of forces are normal about their mean with that variance plus that of
-    their errors. Three axes show the variance poorly: the posterior of the load is averaged over it.
+    The variance of a gain about the common factor has a scaled inverse chi-squared prior. The stated variance counts
+    as much as one gain. Scales of forces are normal about their mean, with this variance plus the variance of their
+    errors. Three axes show the variance poorly: the posterior of the load is averaged over it.
 
     Args:
         fit: Fit with the stated gains.
@@ -193,9 +193,9 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
 
     No prior shrinks it.
 
-    Body and variances are fitted again, with changes of any size. The errors of the changes are those for a given
-    load, plus those that the uncertainty of body and phantom payload causes. A variance that was estimated from n
-    errors is multiplied by n / (n - 2), as for Student's t, unless earlier runs bound it.
+    Body and variances are fitted again, with changes of any size. The errors of the changes are conditional errors
+    for a given load, plus errors due to the uncertainty of body and phantom payload. A variance that was estimated
+    from n errors is multiplied by n / (n - 2), as for Student's t, unless earlier runs bound it.
 
     Returns: The relative changes, shape (C,), and the covariance that errors and usual changes give them, (C, C).
     """

@@ -60,9 +60,9 @@ def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
     They are between neighbouring samples.
 
     In a table of held postures, the angles jump from each posture to the next unless they are close together. A jump
-    exceeds one and a half times the limit by 0.05 rad. The time is that between the samples, or the median time step
-    if that is longer, because single time stamps are unreliable: in a Panda's recording at 1 kHz they imply steps at
-    3.4 times the limit.
+    exceeds one and a half times the limit by 0.05 rad. The time is the longer of sample interval and median time
+    step, because single time stamps are unreliable: in a Panda's recording at 1 kHz they imply steps at 3.4 times the
+    limit.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].

@@ -1,9 +1,9 @@
 """Simulates lifts as a table with one row per lift, as for people.
 
 A design is a function that draws the trials of one observer: a table with the columns block, cycle and object, whose
-rows are in the order of the lifts. ``run_lifts`` adds what each observer does. Before a lift the hand is clamped, and
-pushes up with the believed weight. Then the object is felt at rest. Pushes and measurements are computed in closed
-form.
+rows are in the order of the lifts. ``run_lifts`` adds the results of each observer. Before a lift the hand is
+clamped, and pushes up with the believed weight. Then the object is felt at rest. Pushes and measurements are computed
+in closed form.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -124,7 +124,8 @@ def build_table(
 ) -> pd.DataFrame:
     """Builds a trial table for ``trials.check_trials``, participant by participant.
 
-    Participant P1 has the trials of observer 0 of an experiment with this design and seed, P2 those of observer 1.
+    Participant P1 has the trials of observer 0 of an experiment with this design and seed, P2 the trials of observer
+    1.
 
     Args:
         design: Function that draws the trials of one participant.
@@ -150,7 +151,7 @@ def run_lifts(
         setup: Setup of the experiment.
         tools: Objects.
         design: Function that draws the trials of an observer.
-        learners: Learners; if empty, those of the program and that of the settings.
+        learners: Learners; if empty, the built-in learners and the learner of the settings.
 
     Returns: Table of ``select_columns`` with ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3,
         ``force``, the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
@@ -281,6 +282,7 @@ def summarise_lifts(
         without_interval: Names of numbers that are the same for all observers.
 
     Returns: Numbers of the first learner, and those of all learners under ``learners``, as in metrics.json.
+
     """
     learners: dict[str, dict[str, Any]] = {}
     for learner, found in measure_each(lifts, measure).items():
@@ -329,7 +331,8 @@ def build_lift_experiment(
             tables of the results.
         meanings: Meanings of the numbers in words, by name.
         list_spreads: Function from predicted means to standard deviations between people, both by name.
-        list_learners: Function that lists the learners; if empty, those of the program and that of the settings.
+        list_learners: Function that lists the learners; if empty, the built-in learners and the learner of the
+            settings.
         without_interval: Names of numbers that are the same for all observers.
         observers: Default number of observers of each learner.
     """

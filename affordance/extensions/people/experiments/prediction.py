@@ -125,8 +125,8 @@ def count_people(
 ) -> float:
     """Computes the group size that a two-sided t test needs, at least 2.
 
-    Power is that of the noncentral t distribution. The search starts from the normal approximation, which is smaller.
-    Above ``MANY`` the approximation is the answer.
+    Power follows from the noncentral t distribution. The search starts from the normal approximation, which is
+    smaller. Above ``MANY`` the approximation is the answer.
 
     Args:
         effect: Cohen's d; of a paired test, the mean difference divided by the differences' standard deviation.
@@ -250,7 +250,7 @@ class Predicted(NamedTuple):
         predictions: Prediction of each learner, by number and learner.
         meanings: Meaning of each number in words.
         spreads: Known spreads between people, by number.
-        contrasts: Contrasts between learners; the one that needs the fewest people comes first.
+        contrasts: Contrasts between learners; the contrast that needs the fewest people comes first.
         path: File of the predictions.
     """
 

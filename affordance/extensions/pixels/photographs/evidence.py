@@ -74,7 +74,7 @@ def collect_evidence(
 
 
 def _sample(directions: Array, seen: Array, table: Table, top: float, X_CW: Array) -> Array:
-    """Samples rays from the height ``top`` to the table or to what is seen, (K, S, 3) in W."""
+    """Samples rays from the height ``top`` to the table or a seen surface, (K, S, 3) in W."""
     slope = directions @ table.normal
     slope = np.where(np.abs(slope) < 1e-6, -1e-6, slope)
     at_top, at_table = (table.offset + top) / slope, table.offset / slope  # depths
@@ -99,7 +99,7 @@ def _grow(mask: Mask, by: int) -> Mask:
 
 
 def _spread(values: Array) -> Array:
-    """Gives every pixel the value of the nearest pixel that has one."""
+    """Assigns every pixel the value of the nearest pixel with a value."""
     nearest = distance_transform_edt(np.isnan(values), return_distances=False, return_indices=True)
     spread: Array = values[tuple(nearest)]
     return spread

@@ -64,8 +64,8 @@ class SeenObject:
         parts: One solid, or two along the longest axis, the first at the end ``end_a``.
         mask: Pixels that show it, (height, width).
         camera: Camera.
-        X_CW: Pose of the table's frame in that of the camera, (4, 4).
-        X_WT: Pose of the object's frame T in that of the table, (4, 4).
+        X_CW: Pose of the table's frame in the camera's, (4, 4).
+        X_WT: Pose of the object's frame T in the table's, (4, 4).
         length: Length along Tx, [m].
         misfit: Mean robust square of the distances of readings from the solid, in units of 3 mm.
         doubts: Reasons to doubt the measurement, one sentence each.
@@ -200,7 +200,7 @@ def see(
 
 
 def _find_place(points: Array, at: tuple[float, float] | None, mask: Mask | None) -> Array:
-    """Finds a point of the object, or one near it, (3,), in C."""
+    """Finds a point on or near the object, (3,), in C."""
     if mask is not None:
         check_mask(mask, points[..., 2])
         return np.nanmedian(points[mask], axis=0)

@@ -86,7 +86,10 @@ def find_table(points: Array, place: Array, order: Array, rng: np.random.Generat
 
 
 def refit_table(table: Table, points: Array, mask: Mask) -> Table:
-    """Refits the table to its readings next to the object; returns it unchanged if there are few."""
+    """Refits the table to its readings next to the object.
+
+    With few readings it stays unchanged.
+    """
     side = 2 * _RIM + 1
     rim = cv2.dilate(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool) & ~mask
     on = points[rim & (np.abs(table.measure_heights(points)) < _NEAR)]
