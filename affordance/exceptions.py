@@ -43,7 +43,7 @@ class AffordanceError(Exception):
 def find_hidden(text: str, allowed: str = "") -> str:
     """Describes the first character that is neither printable nor allowed.
 
-    Empty without such a character.
+    The text is empty without such a character.
     """
     hidden = (each for each in text if not each.isprintable() and each not in allowed)
     return next((f"the hidden character U+{ord(each):04X}" for each in hidden), "")
@@ -68,7 +68,7 @@ def show_value(value: Any) -> str:
 def suggest(value: object, known: Iterable[str]) -> str:
     """Suggests known names that contain a value as a word, or else the closest name.
 
-    Empty if no name is close.
+    The text is empty if no name is close.
     """
     word, names = str(value)[:_SHOWN], list(known)
     near = [name for name in names if word in name.split("_")] or difflib.get_close_matches(word, names, n=1)

@@ -72,7 +72,7 @@ def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int 
 def build_cpp_hold(tool: Tool, density: float) -> Callable[[], object]:
     """Builds a hold with Drake's controller in C++, and returns a function that runs it.
 
-    It has the same gains and belief.
+    The hold has the same gains and belief.
     """
     builder, T = DiagramBuilder(), SETTINGS.mpc.horizon
     arm, believed = add_arm(builder, SETTINGS.arm), load_arm(SETTINGS.arm)
@@ -155,7 +155,7 @@ def measure_mpc() -> list[Row]:
     def build_program(x: Array, goal: TerminalGoal) -> MathematicalProgram:
         """Builds the program that suits OSQP best: accelerations only, with hard goal and limits.
 
-        It is not always feasible.
+        The program is not always feasible.
         """
         program, limits, steps = MathematicalProgram(), arm.limits, len(angle) // n
         vdot = program.NewContinuousVariables(len(angle))

@@ -32,7 +32,7 @@ MOMENTS = {"rod 1": 1, "rod 2": 2, "rod 3": 3, "rod 4": 4, "the decoy once": 5, 
 def main() -> None:
     """Prints the believed density of brass, from program and reference.
 
-    It is the observers' mean of median and SD.
+    The density is the observers' mean of median and SD.
     """
     parser = argparse.ArgumentParser(description="Compares the belief about brass with a reference by quadrature.")
     parser.add_argument("--repeats", type=int, default=24, help="observers (default 24)")

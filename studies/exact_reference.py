@@ -1,6 +1,6 @@
 """Computes beliefs about materials by quadrature alone: ``python studies/exact_reference.py``.
 
-It follows the written model and uses nothing of the library, so that the library can be compared with it:
+The program follows the written model and uses nothing of the library, so that the library can be compared with it:
 
     mu_i ~ N(1000, 4000^2), truncated at 0                     mean density of material i, [kg/m^3]
     rho_ki ~ N(mu_i, (.06 mu_i)^2), truncated at 0             density of material i in object k
@@ -85,7 +85,7 @@ class Marginal(NamedTuple):
 class Posterior(NamedTuple):
     """Marginals of mu by material and of rho by (object, material).
 
-    It also has the log probability of all torques.
+    The posterior also has the log probability of all torques.
     """
 
     mu: dict[int, Marginal]
@@ -343,8 +343,8 @@ def build_cases() -> dict[str, Case]:
 def load_holds(path: Path) -> Case:
     """Loads holds from a file.
 
-    It has ``object`` (H,), ``y`` and ``tau_arm`` (H, n), ``A`` (H, n, m) and ``materials`` (K, m) by object. Missing
-    materials are -1 at the end of a row, and their columns are ignored. ``geometry``, shape (H, m, n, q), is
+    The file has ``object`` (H,), ``y`` and ``tau_arm`` (H, n), ``A`` (H, n, m) and ``materials`` (K, m) by object.
+    Missing materials are -1 at the end of a row, and their columns are ignored. ``geometry``, shape (H, m, n, q), is
     optional. Scalars named like a field of ``Model`` replace its default.
     """
     with np.load(path) as file:

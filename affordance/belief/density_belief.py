@@ -195,7 +195,7 @@ class DensityBelief:
     def draw_samples(self, rng: np.random.Generator, num_samples: int, *, is_even: bool = False) -> Array:
         """Draws samples of the densities, shape (num_samples, M), [kg/m^3].
 
-        They are independent, or evenly spread if ``is_even``.
+        Samples are independent, or evenly spread if ``is_even``.
         """
         return positive_gaussian.draw_samples(
             self.untruncated_mean, self.covariance, rng, num_samples, is_even=is_even
@@ -204,7 +204,7 @@ class DensityBelief:
     def compute_log_evidence(self, likelihood: Likelihood) -> float:
         """Computes the log evidence of data under this belief.
 
-        This is the log of the integral of p(data | rho) p(rho) over rho > 0.
+        The log evidence is the log of the integral of p(data | rho) p(rho) over rho > 0.
         """
         posterior = self.condition(likelihood)
         return float(

@@ -170,7 +170,7 @@ def mark_kinds(state: State, colours: Sequence[int]) -> Mask:
 def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior], is_kind: Mask) -> State:
     """Adds a place for a new kind of each colour.
 
-    It is used where ``is_kind``, (B, colours), is true.
+    The place is used where ``is_kind``, (B, colours), is true.
     """
     K, count = state["is_kind"].shape[1], len(colours)
     shapes = {name: (K + count,) * (state[name].ndim - 1) for name in OF_KINDS}

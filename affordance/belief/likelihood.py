@@ -16,7 +16,7 @@ SEEN = 1e-12
 class Likelihood(NamedTuple):
     """Quadratic log likelihood of M densities rho.
 
-    It is log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant.
+    The log likelihood is log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant.
 
     All arrays may have leading dimensions, for example one for observers.
     """

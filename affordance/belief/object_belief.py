@@ -37,7 +37,7 @@ class ObjectBelief:
     def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws parameters pi from the predictive distribution, (num_samples, 10).
 
-        They include errors of geometry.
+        Parameters include errors of geometry.
         """
         rho = self.densities.draw_samples(rng, num_samples)
         errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))

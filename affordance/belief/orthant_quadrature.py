@@ -116,7 +116,7 @@ def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
 def _compute_log_marginal(nodes: Array, means: Array, root: Array) -> Array:
     """Computes the log integrand of the first coordinate, shape (N, K).
 
-    This is its density times P(all others > 0 | it).
+    The integrand is its density times P(all others > 0 | it).
     """
     z = (nodes - means[:, :1]) / root[0, 0]
     conditional_means = means[:, None, 1:] + z[..., None] * root[1:, 0]  # (N, K, M - 1)

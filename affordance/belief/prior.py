@@ -14,7 +14,7 @@ _SD_MAX = 1e12
 class Prior(CheckedFields):
     """Prior of the density of any material that was never held (docs/decisions/0003-prior.md).
 
-    It is a normal distribution truncated to positive densities.
+    The prior is a normal distribution truncated to positive densities.
 
     Attributes:
         mode: Most probable density, [kg/m^3].

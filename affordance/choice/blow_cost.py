@@ -47,7 +47,7 @@ class BlowCost:
     def q_start(self) -> Array:
         """Joint angles at the start, (num_joints,), [rad].
 
-        Empty if no swing strikes the nail.
+        The array is empty if no swing strikes the nail.
         """
         return self.swings[0].q_start if self.swings else np.zeros(0)
 

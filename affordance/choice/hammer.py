@@ -192,7 +192,7 @@ def keep_strikers(options: Sequence[Option]) -> list[Option]:
 def load_hammer(path: StrPath) -> Hammer:
     """Loads a nail file.
 
-    It contains the nail and, under ``blow``, its position and the swing.
+    The file contains the nail and, under ``blow``, its position and the swing.
 
     Raises:
         BadValueError: The file or one of its values is invalid; the message names file, key and fault.

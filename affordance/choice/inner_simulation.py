@@ -36,7 +36,7 @@ class OptionCost(Protocol):
     def infeasible_reason(self) -> str:
         """Reason why the option cannot do the task with any inertia.
 
-        Empty if it can.
+        The text is empty if the option can do it.
         """
 
     def compute(self, pi: Array) -> Costs:

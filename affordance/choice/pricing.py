@@ -46,7 +46,7 @@ class GripBounds:
     def lever(self) -> float:
         """Lever that converts a moment to a force, [m].
 
-        It is the ratio of the bounds if both are given.
+        The lever is the ratio of the bounds if both are given.
         """
         both = np.isfinite(self.force) and np.isfinite(self.moment)
         return self.moment / self.force if both else GRIP_LEVER

@@ -121,7 +121,7 @@ class Reach(PathTask):
     def _find_rank_loss(self, model: ArmModel, motion: PlannedMotion, p_TF: Array) -> str:
         """Describes where a motion first comes too close to rank loss.
 
-        Empty if it does not.
+        The text is empty if the motion keeps its rank.
         """
         for row in np.linspace(0, len(motion.q) - 1, _NUM_CHECKED).astype(int):
             if problem := describe_rank_loss(model, motion.q[row], p_TF):

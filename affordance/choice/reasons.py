@@ -123,7 +123,7 @@ def _find_turns(
 def _choose(costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool) -> int:
     """Chooses the best option for some samples.
 
-    It differs from ``best`` only if the improvement exceeds chance.
+    The choice differs from ``best`` only if the improvement exceeds chance.
     """
     usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
     values = np.quantile(costs, _PEAK, axis=1) if is_peak else costs.mean(axis=1)

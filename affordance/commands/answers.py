@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def tell(arguments: argparse.Namespace, remark: str) -> None:
     """Prints a remark that is not part of the answer.
 
-    It goes to standard error with ``--json``, and is dropped with ``--quiet``.
+    The remark goes to standard error with ``--json``, and is dropped with ``--quiet``.
     """
     if not getattr(arguments, "quiet", False):
         print(remark, file=sys.stderr if getattr(arguments, "json", False) else sys.stdout, flush=True)

@@ -104,7 +104,7 @@ def add_run_options(
 ) -> None:
     """Adds the options of a command that simulates observers.
 
-    They are repeats, seed, jobs, results, models and settings.
+    The options are repeats, seed, jobs, results, models and settings.
 
     If ``models`` is empty, the command takes a robot in place of a model folder.
     """

@@ -1,6 +1,6 @@
 """Catalogue of everything that the command line finds by name.
 
-It lists commands, experiments and learners.
+The catalogue lists commands, experiments and learners.
 
 Only this module knows both the paper and all extensions. Nothing is imported before it is used, so that ``--help``
 stays fast and the paper's simulations run without the extensions.

@@ -117,7 +117,7 @@ class OneLineParser(argparse.ArgumentParser):
 def _find_whole(word: str) -> str:
     """Suggests the nearest whole number.
 
-    Empty if the word is not a number.
+    The text is empty if the word is not a number.
     """
     try:
         return f"; the nearest is {round(float(word))}"
@@ -128,7 +128,7 @@ def _find_whole(word: str) -> str:
 def _describe_setting(name: str, value: str) -> str:
     """Explains ``--set`` if a setting was given as an option.
 
-    Empty if there is no setting of that name.
+    The text is empty if there is no setting of that name.
     """
     from affordance.named_settings import list_settings  # imported here, as only this message needs it
 

@@ -28,7 +28,7 @@ LEFT_OUT = 3
 def run(arguments: argparse.Namespace) -> int:
     """Runs the experiments and returns the exit status.
 
-    It is LEFT_OUT if some were left out.
+    The status is LEFT_OUT if some were left out.
     """
     if arguments.experiment == "all":
         return _run({name: find_experiment(name) for name in OF_THE_PAPER}, arguments)

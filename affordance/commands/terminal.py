@@ -31,7 +31,7 @@ _PATIENCE = 1.0
 def find_width(stream: TextIO | None = None) -> int:
     """Finds the width of the terminal to which a stream is written, in characters.
 
-    It is 0 if the stream is not a terminal.
+    The width is 0 if the stream is not a terminal.
 
     Standard output, the default, has the width in the variable COLUMNS if it is not a terminal.
     """
@@ -59,7 +59,7 @@ def format_error(program: str, problem: str, stream: TextIO) -> str:
 class ElapsedTime:
     """Line on a terminal with a command's elapsed seconds, until ``end`` is called.
 
-    It is on standard error.
+    The line is on standard error.
     """
 
     def __init__(self, name: str) -> None:

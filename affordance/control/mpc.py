@@ -167,7 +167,7 @@ class MinimumAccelerationMpc:
     def _compute_trajectory_gain(self, goal: TerminalGoal) -> Array:
         """Computes the gain from [x, d_q, d_v] to the trajectory of n joints.
 
-        Its shape is (3 num_steps n, 2 n + m_q + m_v).
+        The gain's shape is (3 num_steps n, 2 n + m_q + m_v).
 
         With S = C terminal in the units of e, and r = d - C [q + T v, v] the error of coasting in the same units, the
         optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.

@@ -57,7 +57,7 @@ class PathFollowing(Task):
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Computes the goal at the horizon's end.
 
-        It has the path's position, and the smallest joint rates along the path.
+        The goal has the path's position, and the smallest joint rates along the path.
         """
         q, v = x[: len(x) // 2], x[len(x) // 2 :]
         q_end = q + horizon * v

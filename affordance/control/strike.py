@@ -59,7 +59,7 @@ class Strike(Task):
     def choose_horizon(self, time: float, longest: float) -> float:
         """Chooses a horizon that ends at the strike.
 
-        It is zero from shortly before the strike until the blow is over.
+        The horizon is zero from shortly before the strike until the blow is over.
         """
         left = self._strike - time
         if left >= longest - 0.5 * self._control_period or time > self._turn - 0.5 * self._control_period:

@@ -237,7 +237,7 @@ def plan_swing(
 class _Bounds(NamedTuple):
     """Linear bounds on a swing's angles and velocities.
 
-    They are lower <= matrix z <= upper, with z = (q_1, v_1).
+    The bounds are lower <= matrix z <= upper, with z = (q_1, v_1).
     """
 
     matrix: Array

@@ -52,7 +52,7 @@ class TimedPath:
     def describe_error(self, error: float) -> str:
         """Describes the error of a motion that leaves the path, [m].
 
-        Empty within the tolerance.
+        The text is empty within the tolerance.
         """
         if error <= self.tolerance:
             return ""
@@ -93,7 +93,7 @@ class TimedPath:
     def build_trajectory(self) -> Trajectory:
         """Builds the trajectory relative to the start, (3, 1), [m].
 
-        It is at rest before and after.
+        The arm is at rest before and after.
 
         The curve is a cubic spline over the chord length, or a line if there is only one point. The timing is
         s(t) = 10 u^3 - 15 u^4 + 6 u^5 with u = t / duration (Flash & Hogan 1985, eq. 3).

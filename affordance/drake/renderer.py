@@ -30,7 +30,7 @@ def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
 def _find_room() -> float:
     """Computes the address space left to this process, [bytes].
 
-    It is infinite without a limit, or if unknown.
+    The space is infinite without a limit, or if unknown.
     """
     most, _ = resource.getrlimit(resource.RLIMIT_AS)
     sizes = Path("/proc/self/statm")  # on Linux

@@ -1,6 +1,6 @@
 """Base class for systems without continuous state, with Python objects on ports.
 
-They are sampled or algebraic.
+The systems are sampled or algebraic.
 """
 
 import weakref
@@ -43,7 +43,7 @@ class Cached[T]:
     def get(self, context: Context) -> T:
         """Returns the value in a Context of the system.
 
-        It is recomputed only if a prerequisite has changed.
+        The value is recomputed only if a prerequisite has changed.
         """
         system: Any = self._system()
         return cast(T, system.get_cache_entry(self._index).Eval(context))
@@ -96,7 +96,7 @@ class SampledSystem(LeafSystem):
     ) -> None:
         """Declares an output port for the object that ``calc`` returns.
 
-        It is recomputed if a prerequisite changes.
+        The object is recomputed if a prerequisite changes.
         """
         self.DeclareAbstractOutputPort(name, Value[object], _make_setter(calc), prerequisites_of_calc=prerequisites)
 
@@ -105,7 +105,7 @@ class SampledSystem(LeafSystem):
     ) -> Cached[T]:
         """Declares a cache entry for the object that ``calc`` returns.
 
-        It is recomputed if a prerequisite changes.
+        The object is recomputed if a prerequisite changes.
         """
         producer = ValueProducer(allocate=Value[object], calc=_make_setter(calc))
         return Cached(self, self.DeclareCacheEntry(name, producer, prerequisites).cache_index())

@@ -296,7 +296,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 def tabulate(n: Mapping[str, Any], tools: Sequence[Tool]) -> pd.DataFrame:
     """Tabulates mass, drop and deviation of each rod, with believed densities.
 
-    These are before the first trial and after each.
+    The densities are before the first trial and after each.
     """
     rods = tools[:-1]
     columns = {

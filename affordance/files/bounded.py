@@ -55,7 +55,7 @@ def read_bytes(path: Path, most: int) -> bytes:
 def suggest_file(path: Path) -> str:
     """Suggests the file in the same folder with the closest name.
 
-    Empty if no name is close.
+    The text is empty if no name is close.
     """
     try:
         files = (each for each in path.parent.iterdir() if _is_alike(path.stem, each.stem))

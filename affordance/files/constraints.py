@@ -94,7 +94,7 @@ class Within(Constraint):
     def _suggest(self, value: float) -> str:
         """Suggests a valid value that was probably meant.
 
-        Empty if there is none.
+        The text is empty if there is none.
         """
         return ""
 
@@ -103,7 +103,7 @@ class Within(Constraint):
 class Length(Within):
     """Constraint on a length, [m], which is finite and from ``low`` to ``high``.
 
-    It suggests values that fit in mm.
+    An error suggests values that fit in mm.
     """
 
     @override
@@ -280,7 +280,7 @@ class Setting:
 class Checked:
     """Annotation with a function that checks and returns a value.
 
-    Its arguments are the argument's name and value.
+    The function's arguments are the argument's name and value.
     """
 
     function: Callable[[str, Any], Any]

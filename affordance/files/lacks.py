@@ -31,7 +31,7 @@ def write_lacks(models: Path, lacks: Mapping[str, str]) -> None:
 def read_lacks(models: Path) -> dict[str, str]:
     """Reads the reasons why tasks are infeasible, by name.
 
-    Empty without a record, or if files have changed since.
+    The result is empty without a record, or if files have changed since.
     """
     try:
         content = read_yaml(models / LACKS)

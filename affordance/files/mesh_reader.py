@@ -88,7 +88,7 @@ def load_scene(path: Path, **options: Any) -> Any:
     class SameFolder(FilePathResolver):
         """Resolver that only finds referenced files in the mesh's folder and below.
 
-        Their size is limited.
+        The files' size is limited.
         """
 
         def get(self, name: str) -> Any:

@@ -22,7 +22,7 @@ _LIBRARY = re.compile(r"^\s*(?:mtllib|map_\w+)\s+(\S+)\s*$", re.MULTILINE)
 def list_arm_files(directives: Path) -> tuple[Path, ...]:
     """Lists the files of an arm, sorted.
 
-    These are directives, package, and all files that they reference, recursively.
+    The files are directives, package, and all files that they reference, recursively.
     """
     package = directives.parent / _PACKAGE
     found: dict[Path, None] = {}

@@ -37,9 +37,9 @@ type Appearance = tuple[PartAppearance, ...]
 def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance]) -> bool:
     """Returns True if two appearances can belong to the same object.
 
-    They need equally many parts that match one to one. Parts match if their colours are the same, and their sizes and
-    positions differ by no more than measurement error plus the resolution of the eye. This takes n^2 comparisons for
-    n parts.
+    Both objects need equally many parts that match one to one. Parts match if their colours are the same, and their
+    sizes and positions differ by no more than measurement error plus the resolution of the eye. This takes n^2
+    comparisons for n parts.
     """
     if len(one) != len(other):
         return False

@@ -46,7 +46,7 @@ def convert_to_lab(colours: NDArray[np.floating]) -> Array:
 def compute_tints(colours: NDArray[np.floating]) -> Array:
     """Computes shading-invariant coordinates, (..., 2), of colours, (..., 3).
 
-    They are a* and b* at full brightness.
+    The coordinates are a* and b* at full brightness.
 
     At full brightness the largest channel is just saturated.
     """

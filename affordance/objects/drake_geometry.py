@@ -42,7 +42,7 @@ def make_drawn_shape(shape: Shape) -> Any:
 def draw_mesh(mesh: TriangleMesh) -> geometry.Mesh:
     """Builds the Drake shape that draws a mesh.
 
-    Its file is written once per mesh.
+    The mesh's file is written once per mesh.
     """
     text = write_obj(mesh.vertices, mesh.faces)
     return geometry.Mesh(geometry.InMemoryMesh(mesh_file=MemoryFile(text.encode(), ".obj", "part")))

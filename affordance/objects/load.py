@@ -134,8 +134,8 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
 def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:
     """Selects the bodies of a mesh that become components.
 
-    They are the requested body, all bodies if materials or colours are given per shell, or all bodies merged into
-    one.
+    The selection is the requested body, all bodies if materials or colours are given per shell, or all bodies merged
+    into one.
     """
     entry = part.entry
     if entry.shell is not None:
@@ -260,7 +260,7 @@ def select_known(
 ) -> dict[str, Material]:
     """Selects the materials that the workshop's and further tools use.
 
-    They are returned by name, in their original order.
+    Materials are returned by name, in their original order.
     """
     names = {name for file in _WORKSHOP for name in list_materials(models / "workshop" / file)}
     names |= {each.name for tool in tools for part in tool.components for each in (part.material, part.looks_like)}

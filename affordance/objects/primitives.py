@@ -98,7 +98,7 @@ class Capsule(_Round):
     def compute_curvature_radius(self, direction_E: Array) -> float:
         """Returns the radius on the hemispheres, [m].
 
-        It is infinite on the side, which has one flat direction.
+        The radius is infinite on the side, which has one flat direction.
         """
         return self.radius if _take_signs(direction_E)[2] else np.inf
 

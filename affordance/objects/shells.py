@@ -27,7 +27,7 @@ class MeshError(ValueError):
 class Shell(NamedTuple):
     """Body of a mesh without its cavities, in the file's frame.
 
-    It has the indices of its faces in the file, (k,).
+    The body has the indices of its faces in the file, (k,).
 
     The numbers of the body and its cavities are indices of surfaces in the file's order.
     """

@@ -197,7 +197,7 @@ class Tool:
 def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
     """Lists true densities by visible colour, [kg/m^3].
 
-    They are in the order of components; decoys are ignored.
+    Densities are in the order of components; decoys are ignored.
     """
     return {part.looks_like.colour: part.material.density for tool in tools for part in tool.components}
 

@@ -96,7 +96,7 @@ class Arm:
     def shrink_limits(self, margin: float, q_start: Array) -> JointLimits:
         """Returns joint limits with angles narrowed by a margin, [rad].
 
-        They still include q_start, (num_joints,).
+        The limits still include q_start, (num_joints,).
         """
         return self.limits._replace(
             q_lower=np.minimum(q_start, self.limits.q_lower + margin),

@@ -20,7 +20,7 @@ from affordance.plant.serial_chain import compute_wrench_regressor
 class ArmModel:
     """Dynamics of an arm with a believed payload, at the state that was last set.
 
-    It is not thread-safe but cheap to create, so every user should have its own instance.
+    The model is not thread-safe but cheap to create, so every user should have its own instance.
     """
 
     def __init__(self, arm: Arm) -> None:
@@ -97,7 +97,7 @@ class ArmModel:
     def compute_hand_bias_acceleration(self) -> Array:
         """Computes the hand's spatial acceleration at zero vdot, shape (6,).
 
-        This is A_WH - J vdot, with the rotation first.
+        The result is A_WH - J vdot, with the rotation first.
         """
         return self._plant.CalcBiasSpatialAcceleration(
             self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
@@ -173,7 +173,7 @@ class HeldTorqueModel(ArmModel):
     def compute_mass_matrix(self) -> Array:
         """Computes the mass matrix for held torques, (num_joints, num_joints), [kg m^2].
 
-        This is M phi(h M^-1 D)^-1.
+        The result is M phi(h M^-1 D)^-1.
         """
         if not self.is_damped:
             return super().compute_mass_matrix()
@@ -197,7 +197,7 @@ class HeldTorqueModel(ArmModel):
 def compute_stiffness(arm: Arm, period: float) -> float:
     """Computes the ratio of control period to shortest damping time constant.
 
-    It applies to the empty arm in the home posture.
+    The ratio applies to the empty arm in the home posture.
     """
     model = HeldTorqueModel(arm, period)
     model.set_posture(arm.home)

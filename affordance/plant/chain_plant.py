@@ -57,7 +57,7 @@ def build_chain(arm: Arm) -> SerialChain:
 def build_unmounted_chain(arm: Arm) -> SerialChain:
     """Builds the chain from the last fixed link to the hand.
 
-    It is independent of the arm's mounting.
+    The chain is independent of the arm's mounting.
     """
     chain, plant = build_chain(arm), arm.plant
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]

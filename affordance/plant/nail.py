@@ -189,7 +189,7 @@ def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail"
 class NailResistance(SampledSystem):
     """Dry friction of the wood, which opposes motion without rebound.
 
-    It depends on the nail's depth.
+    Friction depends on the nail's depth.
 
     Input ports:
         state: Distance by which the nail has been driven, and its rate, (2,), [m, m/s].

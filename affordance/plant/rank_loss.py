@@ -31,7 +31,7 @@ def compute_mobility(model: ArmModel, q: Array, p_TQ: Array) -> float:
 def describe_rank_loss(model: ArmModel, q: Array, p_TQ: Array) -> str:
     """Describes why a posture is too close to a singularity, and which joint to bend.
 
-    Empty if it is not too close.
+    The text is empty for other postures.
 
     Arguments are as in ``compute_mobility``.
     """

@@ -45,7 +45,7 @@ class ChainDynamics(NamedTuple):
 class _LinkMotion(NamedTuple):
     """Motion of a link's frame M, with axes and origins of the joints up to it.
 
-    Its Jacobian follows from these.
+    The link's Jacobian follows from these.
     """
 
     R: Array  # (N, 3, 3)
@@ -136,7 +136,7 @@ class SerialChain:
     def compute_link_motions(self, q: Array, v: Array, vdot: Array) -> Iterator[ChainMotion]:
         """Computes the motion of each link's frame M.
 
-        Its Jacobian is for the joints up to the link.
+        The link's Jacobian is for the joints up to the link.
         """
         for link in self._follow_links(q, v, vdot):
             yield link.build()

@@ -117,7 +117,7 @@ def _judge(criterion: Criterion) -> CriterionResult:
 def _show(unit: Unit, value: Any, bound: Any) -> str:
     """Formats a value in its unit.
 
-    It has enough decimals to show on which side of the bound it is.
+    The text has enough decimals to show on which side of the bound it is.
     """
     if not value.size:
         return "none"

@@ -39,7 +39,7 @@ def format_number(value: float, digits: int = 3) -> str:
 def format_beside(value: float, bound: float, digits: int = 1) -> str:
     """Formats a number with at least ``digits`` decimals.
 
-    It has enough decimals to show on which side of a bound it is.
+    The text has enough decimals to show on which side of a bound it is.
     """
     if 0.0 < abs(bound) < 1e-4:
         return format_number(value, max(2, digits))

@@ -104,7 +104,7 @@ def compute_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
 def _outline_ellipsoid(part: Component) -> Patch:
     """Computes the outline of an ellipsoid seen along Tz.
 
-    It is the ellipse of the upper left block of R diag(a^2) R^T.
+    The outline is the ellipse of the upper left block of R diag(a^2) R^T.
     """
     R_TE = part.X_TE[:3, :3]
     shadow = (R_TE * part.shape.sizes**2) @ R_TE.T
@@ -118,7 +118,7 @@ def _outline_ellipsoid(part: Component) -> Patch:
 def _outline_solid(part: Component) -> Patch:
     """Computes the outline of a convex solid seen along Tz.
 
-    It is the convex hull of the support points.
+    The outline is the convex hull of the support points.
     """
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
     turns = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False) + _OFF_AXIS

@@ -110,7 +110,7 @@ class _Scene:
     def __init__(self, directives: Path, pose: Pose, p_WG: Array | None = None) -> None:
         """Builds the Diagram for the tool and nail of a pose.
 
-        It includes a line through given points, (N, 3), [m].
+        The Diagram includes a line through given points, (N, 3), [m].
         """
         builder = DiagramBuilder()
         arm = add_arm(builder, directives, pose.tool, pose.placement)

@@ -274,7 +274,7 @@ def _describe(scene: Scene, start: float) -> str:
 def find_held_height(p_WB: Array, p_WH: Array) -> Array:
     """Computes the ends of a line at the height to hold, (2, 3), [m].
 
-    It depends on the home positions of base and hand.
+    The line depends on the home positions of base and hand.
     """
     out = (p_WH - p_WB) * [1.0, 1.0, 0.0]
     return np.array([p_WH - 0.3 * out, p_WH + 0.45 * out])

@@ -128,7 +128,7 @@ def _read_shares() -> tuple[dict[str, float], int]:
 def _find_trust(folder: Path) -> str:
     """Finds the path to docs/trust.md relative to a results folder.
 
-    Empty unless both are in the same clone.
+    The path is empty unless both are in the same clone.
     """
     folder, clone = folder.resolve(), _TRUST.parents[1]
     return os.path.relpath(_TRUST, folder) if folder.is_relative_to(clone) and _TRUST.is_file() else ""
@@ -182,7 +182,7 @@ def _describe_setup(setup: Mapping[str, Any]) -> str:
 def _choose_heading(sections: Sequence[Mapping[str, Any]]) -> str:
     """Chooses the heading of the report.
 
-    It is the paper's if one of its simulations is present, else a single section's.
+    The heading is the paper's if one of its simulations is present, else a single section's.
     """
     if any(section["anchor"] in _OF_THE_PAPER for section in sections):
         return "the paper and what we find"

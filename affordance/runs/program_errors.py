@@ -13,7 +13,7 @@ from affordance.exceptions import AffordanceError, BadValueError
 def blame_program(path: Path) -> Iterator[None]:
     """Converts errors in a user's file to a BadValueError that names its line.
 
-    They may occur in this or another process.
+    Errors may occur in this or another process.
 
     If the error was raised outside the file, for example because of an argument that the file passed, the message
     also names that place.
@@ -47,7 +47,7 @@ def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
 def _find_line(path: Path, error: BaseException) -> str:
     """Finds the innermost line of a file in an error's traceback.
 
-    Empty if there is none.
+    The text is empty if there is none.
     """
     frames = [
         (frame.lineno, frame.name)

@@ -62,7 +62,7 @@ class Blow:
     def describe_force_error(self, force: float, arm: Arm) -> str:
         """Describes the error of the peak resistance, [N], with possible remedies.
 
-        Empty within the tolerance.
+        The text is empty within the tolerance.
         """
         if abs(self.force / force - 1.0) <= FORCE_TOLERANCE:
             return ""
@@ -153,7 +153,7 @@ def run_blow(
 class BlowMonitor:
     """Monitor that aborts a stalled blow.
 
-    It stops at any contact while ``stops_at_touch`` is set.
+    The monitor stops at any contact while ``stops_at_touch`` is set.
     """
 
     def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:

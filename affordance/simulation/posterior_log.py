@@ -22,7 +22,7 @@ class LoggedPosterior(NamedTuple):
 class PosteriorLog(SampledSystem):
     """Log of the belief about the object, written by publish events.
 
-    These precede updates at the same time.
+    Publish events precede updates at the same time.
 
     Each entry therefore reflects the samples before its time stamp. As in Drake's VectorLogSink, the log belongs to
     the Context. It is a cache entry without computation, so publish events may write to it.

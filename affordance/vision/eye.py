@@ -61,7 +61,7 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
     """Returns the features of a tool's drawing.
 
-    Their errors are the errors of each part's volume and position.
+    The features' errors are the errors of each part's volume and position.
     """
     features = []
     seen = measure_features(tool, VisionError(), np.random.default_rng(0))

@@ -204,7 +204,7 @@ def run_illusion(name: str, setup: Setup, learners: Sequence[Learner] = ()) -> p
 def measure_contrasts(name: str, lifts: pd.DataFrame) -> pd.DataFrame:
     """Computes contrasts of force and heaviness between test objects.
 
-    They are at the first lift and over the last five.
+    Contrasts are at the first lift and over the last five.
 
     A contrast is the natural logarithm of a ratio.
 

@@ -315,7 +315,7 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
 def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
     """Describes the first hold of the longest rod.
 
-    It separates memory of looks from memory of objects.
+    This hold separates memory of looks from memory of objects.
     """
     return [
         f"{label_learner(learner)}: the longest rod, held for the first time, moves by"

@@ -22,7 +22,7 @@ from affordance.extensions.people.participant import LiftSettings
 def measure(lifts: pd.DataFrame) -> pd.Series:
     """Computes the slope of force over weight in the family's first cycles.
 
-    It is 1 for an observer who knows all weights.
+    The slope is 1 for an observer who knows all weights.
     """
     family = lifts[(lifts["block"] == "family") & (lifts["cycle"] <= 3)]
     slope, _ = np.polyfit(family["weight"], family["force"], 1)

@@ -196,7 +196,7 @@ def read_choices(path: Path) -> pd.DataFrame:
 def measure(choices: pd.DataFrame) -> pd.DataFrame:
     """Computes shares of observers that are right in each task, and that agree.
 
-    They agree if they are right in both or in neither.
+    Choices agree if both or neither are right.
     """
     wide = choices.pivot(index=["learner", "observer", "lifts"], columns="task", values="right")
     wide["agree"] = (wide["reach"] == wide["hammer"]).where(wide.notna().all(axis=1))
@@ -215,7 +215,7 @@ def measure(choices: pd.DataFrame) -> pd.DataFrame:
 def count_people(one: float, other: float | None = None) -> float:
     """Computes the participants needed to detect a share.
 
-    It is compared with chance or, per group, with another share.
+    The share is compared with chance or, per group, with another share.
 
     Tests are one-sided and exact: the binomial test, or Fisher's. If more than ``MOST_EXACT`` are needed, the number
     is that of the normal approximation.
@@ -369,7 +369,7 @@ def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
 def tabulate_contrasts(contrasts: pd.DataFrame) -> pd.DataFrame:
     """Tabulates contrasts between two learners, or a learner and chance.
 
-    They are between shares of right choices.
+    Contrasts are between shares of right choices.
     """
     titles = {"one": "learner", "other": "compared with", "share_one": "its share", "share_other": "other share"}
     shown = contrasts.assign(

@@ -89,7 +89,7 @@ def get_model(arm: Path) -> ArmModel:
 def load_stick() -> Tool:
     """Loads the novel object of Simulation III, with two equal parts.
 
-    Its shape carries no information.
+    The object's shape carries no information.
     """
     return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
 
@@ -200,7 +200,7 @@ def find_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
 def find_unrestricted_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
     """Computes the positions of the true densities in unrestricted normals, (N, M).
 
-    These allow negative densities.
+    These normals allow negative densities.
     """
     return np.asarray(norm.cdf(arrays["mean"], arrays["centre"], np.sqrt(arrays["variance"])))
 

@@ -1,6 +1,6 @@
 """Cramer-Rao bound on the information of a trial about material densities.
 
-It applies along the true motion.
+The bound applies along the true motion.
 
 The motion and the regressor are computed from the log of the trial, so the bound shares only the noise model and the
 geometry with the estimator.

@@ -1,7 +1,7 @@
 """Choices of Simulation III under other measurement errors.
 
-They show how much Simulation III depends on one measurement per trial. The observers are those of Simulation III with
-changed settings. Costs, and therefore the correct grip, do not depend on these.
+The results show how much Simulation III depends on one measurement per trial. The observers are those of Simulation
+III with changed settings. Costs, and therefore the correct grip, do not depend on these.
 """
 
 from collections.abc import Mapping

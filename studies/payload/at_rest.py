@@ -1,6 +1,6 @@
 """Simulated sensors with loads at rest or in slow motion.
 
-They are wrist sensors, and joint torques in held postures.
+The sensors are wrist sensors, and joint torques in held postures.
 """
 
 from collections.abc import Callable, Mapping

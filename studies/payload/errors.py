@@ -1,8 +1,8 @@
 """Sizes of errors in simulated recordings, each with its source.
 
-They were written down before the error model of identification was changed. One was corrected after tables of both
-models had been seen: gains of currents had differed by 1.5 % between the two runs of a pair, as they do after an hour
-of warming up. This number is now the drift between sessions, and both tables were computed again.
+The errors were written down before the error model of identification was changed. One was corrected after tables of
+both models had been seen: gains of currents had differed by 1.5 % between the two runs of a pair, as they do after an
+hour of warming up. This number is now the drift between sessions, and both tables were computed again.
 """
 
 from dataclasses import dataclass, replace

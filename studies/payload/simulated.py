@@ -200,7 +200,7 @@ class Motion:
     ) -> "Motion":
         """Draws a motion with a given RMS speed, [rad/s].
 
-        It is within the limits of the robot's file.
+        The motion is within the limits of the robot's file.
         """
         n, home = robot.num_joints, np.array(errors.home)
         sine, cosine = rng.standard_normal((2, _NUM_HARMONICS, n)) / np.arange(1, _NUM_HARMONICS + 1)[:, None]
@@ -228,7 +228,7 @@ class Motion:
     def _advance(self, times: Array) -> tuple[Array, Array, Array]:
         """Computes the series' phase, [s], and its first two derivatives.
 
-        It is from rest to rest.
+        The motion is from rest to rest.
         """
         middle = self.length - _RAMP  # duration of an equal motion without ramps
 

@@ -32,7 +32,7 @@ class _Part(NamedTuple):
 def draw_box(rng: np.random.Generator) -> Array:
     """Draws the parameters, (10,), of a compact box, tin or camera.
 
-    It has 3 to 15 cm and 0.05 to 4 kg.
+    The object has 3 to 15 cm and 0.05 to 4 kg.
     """
     edges = rng.uniform(0.03, 0.15, 3)
     mass = float(np.clip(edges.prod() * np.exp(rng.uniform(np.log(200.0), np.log(3000.0))), 0.05, 4.0))
@@ -56,7 +56,7 @@ def draw_hammer(rng: np.random.Generator) -> Array:
 def draw_pan(rng: np.random.Generator) -> Array:
     """Draws the parameters, (10,), of a frying pan of aluminium or steel.
 
-    It is 16 to 28 cm wide.
+    The pan is 16 to 28 cm wide.
     """
     width, thickness = rng.uniform(0.16, 0.28), rng.uniform(0.002, 0.005)
     bowl = 1.3 * np.pi * width**2 / 4.0 * thickness * rng.choice([_ALUMINIUM, _STEEL])  # factor 1.3 for the rim
@@ -72,7 +72,7 @@ def draw_pan(rng: np.random.Generator) -> Array:
 def draw_rod(rng: np.random.Generator) -> Array:
     """Draws the parameters, (10,), of a rod of wood, plastic or metal.
 
-    It is 12 to 60 cm long.
+    The rod is 12 to 60 cm long.
     """
     length, radius = rng.uniform(0.12, 0.60), rng.uniform(0.005, 0.020)
     mass = np.pi * radius**2 * length * rng.choice([_WOOD, _PLASTIC, _ALUMINIUM, _STEEL])

@@ -46,7 +46,7 @@ class Fraction(NamedTuple):
 def estimate_people_fraction(group: Group) -> Fraction:
     """Estimates the learned fraction of people.
 
-    Its error is of first order and assumes independent forces.
+    The fraction's error is of first order and assumes independent forces.
 
     Means and 95 % intervals (Student's t) are published, but not the covariance of the two forces across people.
     """

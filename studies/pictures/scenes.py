@@ -36,7 +36,7 @@ class Scene(NamedTuple):
 def draw_scene(seed: int, number: int) -> Scene:
     """Draws a box, cylinder or superquadric with a camera, gloss, shadow and noise.
 
-    It is upright or lying.
+    The solid is upright or lying.
     """
     rng = np.random.default_rng([seed, number])
     kind = ("box", "cylinder", "superquadric")[number % 3]

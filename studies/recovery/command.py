@@ -172,7 +172,7 @@ def compute_lead(leads: NDArray[np.float64]) -> dict[str, float]:
 def _count(effect: float, *, groups: int) -> float:
     """Computes the participants per group for a one-sided t test.
 
-    It is infinite above 10,000.
+    The number is infinite above 10,000.
     """
     for count in range(2, 10_001) if effect > 0.0 else ():
         free = groups * (count - 1)

@@ -61,7 +61,7 @@ def list_defaults(assumptions: Sequence[Assumption]) -> dict[str, float | str]:
 def sample_places(num_assumptions: int, count: int, seed: int) -> Array:
     """Samples positions of settings in the ranges, (count, num_assumptions).
 
-    It is a scrambled Sobol sequence.
+    The sample is a scrambled Sobol sequence.
 
     The first settings are the same for every ``count``.
     """

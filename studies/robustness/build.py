@@ -120,7 +120,7 @@ def _build_learning(setting: Setting, wood: Material, steel: Material) -> tuple[
 def build_novel(setting: Setting, wood: Material, steel: Material) -> Tool:
     """Builds the novel tool from a wooden and a steel part.
 
-    It has a bend where they meet, and a grip at either end.
+    The tool has a bend where the parts meet, and a grip at either end.
     """
     unequal = str(setting["novel_parts"]) == "unequal"
     length, bend = float(setting["novel_length"]), float(setting["novel_bend"])

@@ -17,7 +17,7 @@ TASKS = "tasks"  # key of numbers about reaching and hammering together
 class _Undefined(dict[str, Any]):
     """Undefined numbers of an experiment that was not run.
 
-    They have the shapes that claims expect.
+    The values have the shapes that claims expect.
     """
 
     def __missing__(self, key: str) -> Any:

@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def plan(arguments: argparse.Namespace) -> Work | Task:
     """Loads the study and plans its work.
 
-    It is a full run, one setting, a proof, or the update of the page.
+    The work is a full run, one setting, a proof, or the update of the page.
     """
     if arguments.page:
         return Task(page.fill)

@@ -90,7 +90,7 @@ def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
 def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.intp]:
     """Finds levels of assumptions, (N, D), at given positions, (N, D).
 
-    They are choices or fifths of ranges.
+    Levels are choices or fifths of ranges.
     """
     columns = []
     for assumption, column in zip(assumptions, places.T, strict=True):

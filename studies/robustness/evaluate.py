@@ -58,7 +58,7 @@ class Outcome(NamedTuple):
     def simulated(self) -> float:
         """Fraction of distinct holds that were simulated.
 
-        It is NaN if nothing was held.
+        The fraction is NaN if nothing was held.
         """
         motions = [each.motions for held in self.held.values() for each in held.tools]
         if not motions:

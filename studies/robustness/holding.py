@@ -1,6 +1,6 @@
 """Simulations I and II in a setting, with the numbers of the experiments.
 
-They use the Diagram of all simulations.
+The study uses the Diagram of all simulations.
 
 The motion of a hold depends on the object and on the densities that control believes, but on no random draw.
 Therefore only some of many observers are simulated, and the motions of the others are interpolated
@@ -198,7 +198,7 @@ def _hold(world: World, tool: Tool, colours: tuple[Colour, ...], densities: Arra
 def _move(heights: Sequence[Array], errors: Sequence[float]) -> list[list[Array]]:
     """Returns motions shifted by their errors, object by object.
 
-    They move up or down, or outward or inward.
+    Motions move up or down, or outward or inward.
     """
     rng = np.random.default_rng(0)
     return [

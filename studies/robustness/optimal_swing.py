@@ -1,6 +1,6 @@
 """Plans swings of least work under arm and tool dynamics.
 
-They are compared with minimum acceleration.
+The swings are compared with minimum acceleration.
 
 The motion is a spline of degree five in joint space, from rest at the start of the given swing to the same strike.
 Time, place, velocity of the tip, squareness of the face, and room to come to rest are the same. Among such motions

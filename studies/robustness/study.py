@@ -185,7 +185,7 @@ class Robustness:
     def _describe_choices(self, p_correct: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
         """Computes quantiles of correct choices, (N, moments).
 
-        They are over all settings and by noise structure.
+        Quantiles are over all settings and by noise structure.
         """
         (column,) = (place for place, each in enumerate(self.assumptions) if each.name == "noise_structure")
         structures = self.assumptions[column].choices

@@ -11,7 +11,7 @@ from affordance.files.model_folder import MODELS
 def _add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
     """Adds the options of commands that choose tools.
 
-    They are tools, knowledge about them, criterion and robot.
+    The options are tools, knowledge about them, criterion and robot.
     """
     add = parser.add_argument
     what = "file of a task, in place of a task of the robot; next takes several, in addition to tasks of the robot"
@@ -44,7 +44,7 @@ def _add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) ->
 def _add_knowledge(parser: argparse.ArgumentParser) -> None:
     """Adds the options for knowledge about materials.
 
-    They are a materials file, handbook densities and a memory.
+    The options are a materials file, handbook densities and a memory.
     """
     add = parser.add_argument
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")

@@ -210,7 +210,7 @@ def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
 def _recall_looks(place: str | None, settings: Settings) -> dict[str, Appearance]:
     """Reads the look of each object in a memory, by name.
 
-    Empty without a memory.
+    The result is empty without a memory.
     """
     if place is None:
         return {}

@@ -53,7 +53,7 @@ _HALF90 = 1.645
 def run(arguments: argparse.Namespace) -> int:
     """Performs the action and returns the exit status.
 
-    It is FAULTY if ``verify`` finds faults, else 0.
+    The status is FAULTY if ``verify`` finds faults, else 0.
     """
     prior = options.read_prior(arguments, "a memory")
     _check_arguments(arguments)
@@ -100,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
 def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]:
     """Names the materials of a memory by known materials of the same colour.
 
-    Others are named by the colour itself.
+    Other materials are named by the colour itself.
     """
     known = {name: each.colour for name, each in load_materials(path or MATERIALS).items()}
     names = {}

@@ -185,7 +185,7 @@ def _teach(
 def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
     """Describes how many trials of the memory are from another version of the arm.
 
-    Empty if there are none.
+    The text is empty if there are none.
     """
     if not arguments.memory:
         return ""

@@ -1,6 +1,6 @@
 """``affordance live``: identifies what a running robot holds now.
 
-It reads joint states and commands nothing.
+The command reads joint states and commands nothing.
 """
 
 import argparse
@@ -231,7 +231,7 @@ def _print_event(arguments: argparse.Namespace, program: _Program, event: LiveEv
 def _follow_foreign(arguments: argparse.Namespace) -> int:
     """Starts somebody else's robot in separate processes.
 
-    It records empty runs, then it works.
+    The robot records empty runs, then it works.
     """
     name = arguments.demo
     with tempfile.TemporaryDirectory() as place:

@@ -1,6 +1,6 @@
 """``affordance see``: measures an object in your colour and depth picture.
 
-It is written as a tools file.
+The object is written as a tools file.
 """
 
 import argparse

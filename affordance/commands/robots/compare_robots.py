@@ -25,7 +25,7 @@ DIFFERENT = 3
 def run(arguments: argparse.Namespace) -> int:
     """Prints the comparison and returns the exit status.
 
-    It is DIFFERENT if anything differs, else 0.
+    The status is DIFFERENT if anything differs, else 0.
     """
     arms = read_joints(arguments.one, arguments.tip), read_joints(arguments.other, arguments.other_tip)
     found = compare(*arms, same_tip=bool(arguments.tip and arguments.other_tip))

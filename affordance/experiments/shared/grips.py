@@ -365,7 +365,7 @@ def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
 def compare_measures(numbers: Mapping[str, Any], tool: Tool) -> str:
     """Describes if two measures agree on the correct grip of a tool.
 
-    They are the integral of torque squared and the absolute work.
+    The measures are the integral of torque squared and the absolute work.
     """
     efforts = numbers["effort_true"]
     agrees = "agrees" if min(efforts, key=efforts.__getitem__) == numbers["correct_grip"] else "does not agree"

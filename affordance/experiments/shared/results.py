@@ -186,7 +186,7 @@ def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section
 def describe_faults(faults: Faults) -> str:
     """Describes the active faults in a sentence.
 
-    Empty without faults.
+    The text is empty without faults.
     """
     active = [
         f"{each.name} {getattr(faults, each.name)}"

@@ -36,7 +36,7 @@ _ROW, _REST, _TITLE = 0.35, 1.6, 100
 def render_choice(directives: Path, ranking: Ranking, tools: dict[str, Tool]) -> list[Image]:
     """Renders the arm with each of the best options at the start of the task.
 
-    Empty if there is no renderer.
+    The list is empty if there is no renderer.
     """
     shown = ranking.ranked[: min(ranking.num_usable, _PICTURES)]
     gripped = [tools[each.option.object_name].list_gripped()[each.option.grip] for each in shown]

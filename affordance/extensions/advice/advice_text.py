@@ -150,7 +150,7 @@ def describe_advice(content: Content, width: int = 0) -> list[str]:
 def describe_choice(content: Content) -> str:
     """Describes the choice in one sentence.
 
-    It names the option, its cost, its certainty, and what would change it.
+    The sentence names the option, its cost, its certainty, and what would change it.
     """
     by, options = Criterion(content["by"]), content["options"]
     best, better = options[0], max(options, key=lambda each: each["p_best"])

@@ -59,7 +59,7 @@ def _can_do(plan: OptionCost, pi: Array, bounds: GripBounds) -> bool:
 def _find_share(plan: OptionCost, pi: Array, bounds: GripBounds) -> float:
     """Finds the largest fraction of a tool's inertia that allows the task.
 
-    It is 0 if there is none.
+    The fraction is 0 if no such tool exists.
     """
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):

@@ -156,7 +156,7 @@ def describe_expectations(
 ) -> list[str]:
     """Formats the content of ``build_expectations``, one line per object.
 
-    It lists masses, centres of mass and moments.
+    A line lists masses, centres of mass and moments.
 
     With ``by_part`` each part has a line too. Centres of mass, and moments of inertia about them, are in the axes of
     the object's own frame.

@@ -185,10 +185,10 @@ class HoldSamples:
     def _find_felt(self, number: int) -> Likelihood:
         """Computes the quadratic log likelihood of a held object's densities from all holds.
 
-        It agrees with the exact log likelihood at the most probable densities for the prior of any material.
-        Densities drawn with it have means right to 2 % and SDs to 5 % where objects differ by a factor of 1.3
-        (against quadrature); with a factor of 2 SDs are up to 9 % too small, but then it is almost certain that one
-        of them is odd.
+        The approximation agrees with the exact log likelihood at the most probable densities for the prior of any
+        material. Densities drawn with it have means right to 2 % and SDs to 5 % where objects differ by a factor of
+        1.3 (against quadrature); with a factor of 2 SDs are up to 9 % too small, but then it is almost certain that
+        one of them is odd.
         """
         size = len(self._memory.things[number].colours)
         holds = Holds.of(forget_things(self._memory.state, [number]))

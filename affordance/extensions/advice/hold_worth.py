@@ -81,7 +81,7 @@ class Decision(NamedTuple):
     def price_failure(self) -> float:
         """Computes the cost of an infeasible sample.
 
-        It is twice the mean cost of the most expensive option.
+        The cost is twice the mean cost of the most expensive option.
 
         The cost is 0 if no option is feasible in any sample.
         """
@@ -121,7 +121,7 @@ class Decision(NamedTuple):
     def compute_regret(self, option: int) -> float:
         """Computes the expected regret of an option.
 
-        It is the mean cost minus the mean of each sample's least cost.
+        The regret is the mean cost minus the mean of each sample's least cost.
         """
         charged = self.charge()
         return float((charged[option] - charged.min(axis=0)).mean())
@@ -140,7 +140,7 @@ class Worth(NamedTuple):
 def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
     """Simulates an object's measurement for each sample.
 
-    It is reduced to its information about materials.
+    The measurement is reduced to its information about materials.
 
     Args:
         hold: Object.
@@ -197,7 +197,7 @@ class PricedDecisions:
 def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
     """Computes the worth of several holds before a choice.
 
-    Their percepts are (S, r) each.
+    The holds' percepts are (S, r) each.
     """
     Q = _orthonormalise(_expand(np.hstack(percepts)))
     owns = [Q[fold] for fold in priced.folds]

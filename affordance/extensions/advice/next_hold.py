@@ -153,7 +153,7 @@ class HoldAdvice(NamedTuple):
     def next_name(self) -> str:
         """Name of the object to hold next, even after a stop.
 
-        It is a check, the first of a pair, or the object of most worth.
+        The object is a check, the first of a pair, or the object of most worth.
         """
         return self.check or (self.pair[0] if self.pair else self.ranked[0].name)
 

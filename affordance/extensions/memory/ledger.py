@@ -97,7 +97,7 @@ class Selection(NamedTuple):
     def narrow(self) -> tuple[str, list[str]]:
         """Builds the SQL condition of the selection, and its values.
 
-        It is empty if all trials are selected.
+        The condition is empty if all trials are selected.
 
         Raises:
             BadArgumentError: A time is invalid, or the id of a trial is too short.
@@ -382,7 +382,7 @@ class Ledger:
     def blame(self, key: str = "") -> Iterator[None]:
         """Converts numerical errors to a BadValueError with memory and key.
 
-        They arise from evidence that no densities fit.
+        Such errors arise from evidence that no densities fit.
         """
         try:
             with np.errstate(over="raise", divide="raise", invalid="raise"):
@@ -523,7 +523,7 @@ def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
     """Counts a robot's trials with an arm other than its present one.
 
-    It is 0 without a memory.
+    The count is 0 without a memory.
 
     ``recognise`` computes the fingerprint of its present arm; it is called only if there are trials.
     """
@@ -536,7 +536,7 @@ def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int
 def count_of(robot: ArmOwner, place: str | None) -> int:
     """Counts a robot's trials with a different arm in a memory.
 
-    It is 0 without a memory.
+    The count is 0 without a memory.
     """
     return count_past_arms(place or "", name_robot(robot.directives), lambda: robot.chain.fingerprint)
 
@@ -544,7 +544,7 @@ def count_of(robot: ArmOwner, place: str | None) -> int:
 def describe_past_arms(robot: str, number: int) -> str:
     """Describes the number of trials with a different arm.
 
-    Empty without such trials.
+    The text is empty without such trials.
     """
     return f"{robot} had another arm in {number} of its trials, which still count for materials" if number else ""
 

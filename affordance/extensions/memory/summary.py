@@ -33,7 +33,7 @@ class ExperienceSummary(NamedTuple):
 class KnownMaterial(NamedTuple):
     """Belief about a material's mean density, [kg/m^3], and the objects that show it.
 
-    It has median and 90 % interval.
+    The density has median and 90 % interval.
     """
 
     colour: Colour

@@ -1,6 +1,6 @@
 """Evidence of one trial, and its record in JSON.
 
-It has observed features and measured torques, but no beliefs.
+The evidence has observed features and measured torques, but no beliefs.
 
 Frames: the object's parts are given in T, and its ten parameters are about the origin of T.
 """
@@ -207,7 +207,7 @@ class TrialEvidence:
     def id(self) -> str:
         """Digest of the recording or, without one, of the features.
 
-        It makes a trial count only once.
+        The digest makes a trial count only once.
         """
         digest = hashlib.sha256(self.source_hash.encode() or self._digest_content())
         return digest.hexdigest()[:24]
@@ -395,7 +395,7 @@ def show_time(moment: datetime) -> str:
 def read_time(name: str, text: str) -> str:
     """Parses a date or time, and formats it like ``show_time``.
 
-    It is in UTC unless it has an offset.
+    The time is in UTC unless it has an offset.
 
     Raises:
         BadArgumentError: If it cannot be parsed, or is before the first allowed year.

@@ -167,7 +167,7 @@ def _build_friction(v: Array) -> Array:
 def _find_subtracted(robot: SerialChain, thin: PreparedRun, used: Mask) -> str:
     """Describes torques that a controller has subtracted from the signals.
 
-    Empty if the signals contain the arm's own weight.
+    The text is empty if the signals contain the arm's own weight.
 
     Beyond friction and the inertia of the links, such signals vary much less than the torque due to gravity does.
     """
@@ -201,7 +201,7 @@ def _judge(fit: _Fit) -> Mask:
 def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> float:
     """Finds the delay of the signals, [s].
 
-    It is zero unless another time fits much better.
+    The delay is zero unless another time fits much better.
     """
     if not used.any() or not prepared.v.any():
         return 0.0

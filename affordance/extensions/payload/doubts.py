@@ -416,7 +416,7 @@ def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
 def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> Iterator[str]:
     """Compares errors with those of other runs.
 
-    These calibrated the gains or show the empty arm.
+    The other runs calibrated the gains or show the empty arm.
     """
     fit = belief.fit
     bare = replace(fit.evidence, least_variance=np.zeros(1)).build_error_model(settings)
@@ -584,7 +584,7 @@ def _compare_alternatives(
 def _compute_strength(robot: SerialChain) -> float:
     """Computes the strongest joint's gravity torque, [N m].
 
-    It is the root mean square over all postures.
+    The torque is the root mean square over all postures.
     """
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (_NUM_POSTURES, robot.num_joints))
     torque = robot.compute_arm_torques(q, np.zeros_like(q), np.zeros_like(q))

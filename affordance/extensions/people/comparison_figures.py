@@ -101,7 +101,7 @@ def _draw_object(axes: Axes, found: Comparison, lifts: Lifts, kind: int) -> None
 def _align(values: list[Array], places: list[NDArray[np.intp]]) -> Array:
     """Arranges each person's values in successive lifts of an object, (people, lifts).
 
-    They are NaN after the last lift.
+    Values are NaN after the last lift.
     """
     found = np.full((len(values), max(map(len, places))), np.nan)
     for row, (own, place) in enumerate(zip(values, places, strict=True)):

@@ -161,10 +161,9 @@ class Question:
     ) -> tuple[Courses, NDArray[np.intp]]:
         """Finds courses for grid nodes, (D, F), and numbers of random streams, (D,).
 
-        They come from the cache or are drawn now.
+        The courses come from the cache or are drawn now.
 
         Returns: Courses, and which of them each of the D has, (D,).
-
         """
         wanted, places = np.unique(np.column_stack([nodes, numbers]), axis=0, return_inverse=True)
         keys = [(place, *each) for each in wanted.tolist()]
@@ -202,7 +201,7 @@ class Question:
     def estimate_noise(self, normal: Array) -> Array:
         """Estimates the SD of each participant's log likelihood, (participants,).
 
-        It comes from the particles' random numbers.
+        The noise comes from the particles' random numbers.
 
         The learner's parameters are taken at the nearest node of their grid, if there is one.
 
@@ -419,7 +418,7 @@ def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
 def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Array:
     """Computes the log score of each push one step ahead, (N,).
 
-    It is the log density given all pushes before it.
+    The score is the log density given all pushes before it.
 
     Args:
         log_likelihoods: Log densities of N pushes for D draws, (D, N).

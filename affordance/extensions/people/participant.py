@@ -130,7 +130,7 @@ class Pushes(NamedTuple):
     def compute_log_density(self, push: float, believed: Array, before: Array) -> Array:
         """Computes the log density of a push, [N].
 
-        It depends on the believed weights now and before, (B,).
+        The density depends on the believed weights now and before, (B,).
         """
         now = _log_normal(push, self.gain * believed, self.error)
         if not self.lapse.any() or not np.isfinite(before).all():

@@ -88,8 +88,8 @@ def simulate_pushes(question: Question, place: int, normal: Array) -> Array:
 def compute_statistics(person: Person, names: list[str], pushes: Array) -> Mapping[str, Array]:
     """Computes statistics of pushes, (S, N), by name, (S,) each.
 
-    They are the first push and the mean of the last quarter, for each of the most lifted objects. Others are the
-    relative SD of pushes about each object's mean, and the correlation of successive deviations.
+    The statistics are the first push and the mean of the last quarter, for each of the most lifted objects. Others
+    are the relative SD of pushes about each object's mean, and the correlation of successive deviations.
     """
     known = np.isfinite(person.pushes)
     objects, pushes = person.objects[known], pushes[:, known]

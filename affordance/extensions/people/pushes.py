@@ -1,6 +1,6 @@
 """Reads pushes and lifted objects from a table of lifts (lifts.csv).
 
-They are people's or simulated.
+The pushes are people's or simulated.
 """
 
 import math
@@ -115,7 +115,7 @@ def read_lifts(
 def _choose(path: Path, known: Sequence[str], learner: str) -> str:
     """Chooses whose lifts are read.
 
-    These are the chosen learner's lifts, else people's, else the only learner's.
+    The lifts are the chosen learner's lifts, else people's, else the only learner's.
     """
     if learner:
         if learner not in known:
@@ -133,7 +133,7 @@ def _find_objects(
 ) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
     """Finds each row's object, (rows,), and the objects.
 
-    They are looked up by name or built from the table.
+    Objects are looked up by name or built from the table.
     """
     rows = pd.DataFrame(
         {

@@ -1,8 +1,8 @@
 """Alternative learners for comparison, with other kinds of memory.
 
-They remember nothing, own lifts, or own and shared lifts. No working arm uses them. The first forgets every lift. The
-second has a density for each object but none for a look. The third has a density for each look and, for each object,
-a deviation from it; two delta rules move both by a fraction of each error.
+The learners remember nothing, own lifts, or own and shared lifts. No working arm uses them. The first forgets every
+lift. The second has a density for each object but none for a look. The third has a density for each look and, for
+each object, a deviation from it; two delta rules move both by a fraction of each error.
 """
 
 from collections.abc import Mapping, Sequence
@@ -178,7 +178,7 @@ def _build_prior(state: State, count: int) -> Normals:
 def _surround(state: State, mean: Array) -> Normals:
     """Returns normals about densities, (B, M), with the prior's SD.
 
-    They are so broad that they hardly bias the measurement.
+    The normals are so broad that they hardly bias the measurement.
     """
     return Normals(mean, state["prior_sd"][:, None, None] ** 2 * np.eye(mean.shape[1]))
 

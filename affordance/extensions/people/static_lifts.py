@@ -286,7 +286,7 @@ class StaticLifter:
     def identify(self, chosen: NDArray[np.intp], order: Array) -> NDArray[np.intp]:
         """Finds the known object that each observer recognises, (B,).
 
-        It is the first lifted object that looks like the chosen one, or else the chosen one.
+        The result is the first lifted object that looks like the chosen one, or else the chosen one.
         """
         looks = self._look[chosen]
         rows, columns = np.unique(looks), np.unique(self._look[np.isfinite(order).any(axis=0)])

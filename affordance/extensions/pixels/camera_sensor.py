@@ -48,13 +48,13 @@ class Photograph(NamedTuple):
 class CameraSensor:
     """Camera for objects on a stand.
 
-    It caches noise-free pictures of the latest appearances.
+    The camera caches noise-free pictures of the latest appearances.
     """
 
     def __init__(self, rig: Rig = DEFAULT_RIG) -> None:
         """Creates a camera for a stand.
 
-        It has the noise of a common camera until ``noise`` is set.
+        The camera has the noise of a common camera until ``noise`` is set.
         """
         self.rig = rig
         self.noise = SensorNoise()
@@ -120,7 +120,7 @@ class CameraSensor:
 def find_presented_pose(tool: Tool) -> Array:
     """Finds the pose X_TP, (4, 4), in which an object is presented.
 
-    It lies flat, with Pz along its least extent.
+    The object lies flat, with Pz along its least extent.
     """
     X_TP = np.array(tool.grips[0].X_TG) if tool.grips else np.eye(4)
     low, high = find_box(_move(tool, np.linalg.inv(X_TP)).components)
@@ -149,7 +149,7 @@ def _move(tool: Tool, X: Array) -> Tool:
 def needs_turning(tool: Tool) -> bool:
     """Returns True if an object needs two views.
 
-    These are objects with parts other than ellipsoids.
+    Parts other than ellipsoids need two views.
     """
     return not all(isinstance(part.shape, Ellipsoid) for part in tool.components)
 

@@ -192,7 +192,7 @@ def carve(solids: Mapping[int, ColumnSolid], sides: Sequence[Side]) -> dict[int,
 def _find_hollow(side: Side, points: Array) -> Mask:
     """Finds points of the solids, (N, 3) in P, in an open hollow.
 
-    It is open to one end of the side's axis.
+    The hollow is open to one end of the side's axis.
     """
     x, y, sheets = find_sheets(side.views)
     there = sheets[0].there | sheets[1].there

@@ -147,7 +147,7 @@ def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Arr
 def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
     """Estimates an initial ellipsoid from moments of the readings.
 
-    It is taken to be far away.
+    The ellipsoid is taken to be far away.
 
     The covariance of a disc's points (x, y) is a quarter of the shape matrix's block. Over the disc the near side is
     the plane through the rim, linear in x and y, minus c sqrt(1 - r^2), which has mean 2 c / 3 and variance c^2 / 18.
@@ -175,7 +175,7 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
 def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
     """Fits an ellipsoid to its measurements in a picture.
 
-    It needs at least as many readings as fitted numbers.
+    The fit needs at least as many readings as fitted numbers.
 
     Readings are weighted by the sensor's noise at the surface angles of the fit, which takes a few iterations.
 
@@ -247,7 +247,7 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
 class _Problem:
     """Residuals of depth, outline and priors for a deformed ellipsoid.
 
-    They are in standard deviations.
+    Residuals are in standard deviations.
 
     Depth readings are taken along ``rays``; ``rim`` has the rays to points of the outline.
     """
@@ -288,7 +288,7 @@ class _Problem:
     def compute_jacobian(self, numbers: Array) -> Array:
         """Computes the residuals' derivatives, (N + K + 4, 10).
 
-        They are of first order in the distance to the outline.
+        The derivatives are of first order in the distance to the outline.
         """
         ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self.rays, self.focal_length)

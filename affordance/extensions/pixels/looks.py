@@ -51,7 +51,7 @@ class Look(NamedTuple):
 class Looks(NamedTuple):
     """Looks of an object, with the index of each pixel's look in each view.
 
-    It is -1 for no look, (height, width).
+    The index is -1 for no look, (height, width).
     """
 
     looks: tuple[Look, ...]
@@ -142,7 +142,7 @@ def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) ->
 def _find_core(surface: Surface) -> Mask:
     """Finds pixels that show only the object.
 
-    They are well-lit if there are enough of these.
+    The pixels are well-lit if there are enough of these.
     """
     distance = cv2.distanceTransform(surface.mask.astype(np.uint8), cv2.DIST_L2, 5)
     core = surface.lit & (distance >= _CORE)
@@ -152,7 +152,7 @@ def _find_core(surface: Surface) -> Mask:
 def _open(mask: Mask, side: int, least: int) -> Mask:
     """Returns the wide pieces of a mask with at least ``least`` pixels.
 
-    They are at least as wide as a disc.
+    The pieces are at least as wide as a disc.
     """
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     return keep_large(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), least)[0]

@@ -104,7 +104,7 @@ def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> P
 def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:
     """Measures the colour of a part in full light.
 
-    It is the radiance relative to a white surface with the same normals.
+    The colour is the radiance relative to a white surface with the same normals.
 
     Photon noise grows with the light, so the ratio of the sums is the best estimate.
     """
@@ -174,7 +174,7 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
 def _find_outline(mask: Mask, excluded: Mask) -> Array:
     """Finds midpoints between neighbouring pixels across a mask's edge, (K, 2).
 
-    They are column and row.
+    Midpoints are column and row.
     """
     border = (mask[:, 1:] != mask[:, :-1]) & ~(excluded[:, 1:] | excluded[:, :-1])
     below = (mask[1:] != mask[:-1]) & ~(excluded[1:] | excluded[:-1])

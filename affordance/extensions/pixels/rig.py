@@ -40,7 +40,7 @@ _COLLECTED, _NUMBER = 10, itertools.count(1)
 class Lamp(NamedTuple):
     """Lamp of parallel light.
 
-    Its intensity is the radiance of a white surface facing it, relative to saturation.
+    The lamp's intensity is the radiance of a white surface facing it, relative to saturation.
     """
 
     direction_C: tuple[float, float, float]
@@ -107,7 +107,7 @@ DEFAULT_RIG = Rig()
 def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
     """Builds the Diagram of an object on the stand.
 
-    It has ``scene_graph`` and ``camera``, whose images are its outputs.
+    The Diagram has ``scene_graph`` and ``camera``, whose images are its outputs.
     """
     builder = DiagramBuilder()
     scene_graph = geometry.SceneGraph()

@@ -139,7 +139,7 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
 def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
     """Returns large pieces of a mask, and the size of the largest.
 
-    They are connected, with at least ``least`` pixels.
+    The pieces are connected, with at least ``least`` pixels.
     """
     _, pieces, statistics, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     sizes = statistics[1:, cv2.CC_STAT_AREA]
@@ -174,7 +174,7 @@ def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]
 def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
     """Computes rows and columns of a non-empty mask with a margin, [pixels].
 
-    They are clipped to the picture.
+    The ranges are clipped to the picture.
     """
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return (

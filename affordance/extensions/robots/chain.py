@@ -247,7 +247,7 @@ def describe_ends(tree: RobotTree, near: str = "") -> str:
 def _list_sites(tree: RobotTree, link: str) -> str:
     """Lists the first sites of a link, which can also be tips.
 
-    Empty if it has none.
+    The text is empty if the link has no sites.
     """
     sites = [site for site, carrier in tree.description.sites.items() if carrier == link]
     if not sites:
@@ -335,7 +335,7 @@ def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
 def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
     """Describes why a joint cannot belong to the arm.
 
-    Empty if it can.
+    The text is empty if the joint can.
     """
     mimic = tree.note(joint).mimic
     if mimic is not None:

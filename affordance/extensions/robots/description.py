@@ -81,7 +81,7 @@ def find_joint_fault(
 ) -> str:
     """Describes an impossible range or axis of a joint.
 
-    Empty if both are valid.
+    The text is empty if both are valid.
 
     Some faults make Drake abort even on joints outside the arm. Readers therefore remove them from the text that
     Drake parses, and report them only for joints of the arm.
@@ -105,7 +105,7 @@ class Inertial(NamedTuple):
     def find_fault(self) -> str:
         """Describes why no solid can have this inertia.
 
-        Empty if Drake's check accepts it.
+        The text is empty if Drake's check accepts it.
         """
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
         if self.mass < 0.0 or (self.mass == 0.0 and any(self.moments)):

@@ -266,7 +266,7 @@ def _fit_easier(
 def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[Tool], settings: Settings) -> str:
     """Describes why some tool cannot be carried.
 
-    Empty if all can. All are carried along the same motion.
+    The text is empty if all can be carried. All are carried along the same motion.
     """
     try:
         cost = task.build_cost(model, tools[0].components, settings)
@@ -280,7 +280,7 @@ def _find_lack(
 ) -> str:
     """Describes why a path cannot be followed with some tool.
 
-    Empty if it can be followed with all.
+    The text is empty if it can be followed with all.
 
     The tool that fails moves to the front of the list, because it probably fails on the next path too.
     """
@@ -409,7 +409,7 @@ def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, s
 def _bound_depth(cost: BlowCost, tool: Tool) -> float:
     """Computes the planned depth, [m], rounded down to 0.1 mm.
 
-    It is the required depth, or else the greatest feasible depth.
+    The result is the required depth, or else the greatest feasible depth.
     """
     nail = cost.nail
     if cost.infeasible_reason:

@@ -1,6 +1,6 @@
 """Finds a home posture with the hand level, pointing away from the shoulder.
 
-It is far from singularities and limits.
+The posture is far from singularities and limits.
 
 The arm reaches out to 90 % of its length, or less if it could not support objects there. The direction of reach is
 free, because the base is turned afterwards. Frames: H the hand, S the shoulder, at the second joint.
@@ -96,7 +96,7 @@ def get_shoulder(arm: Arm) -> Frame:
 def compute_static_torques(model: ArmModel, q: Array, mass: float, distance: float = TEST_DISTANCE) -> Array:
     """Computes static torques with a payload, (num_joints,), [N m].
 
-    Its mass, [kg], is at a distance, [m], from the hand.
+    The payload's mass, [kg], is at a distance, [m], from the hand.
     """
     model.set_posture(q)
     J = model.compute_point_jacobian(np.array([distance, 0.0, 0.0]))

@@ -85,7 +85,7 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
 def compute_roll(R_WH: Array) -> float:
     """Computes the angle about the hand's x that turns its z up, [rad].
 
-    It is zero if the hand points up or down.
+    The angle is zero if the hand points up or down.
 
     With c and s the cosine and sine of the angle, the turned z axis is c z - s y. It is highest if (c, s) is parallel
     to the heights of (z, -y).

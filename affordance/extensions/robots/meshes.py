@@ -147,7 +147,7 @@ def _find_colour(part: Any) -> tuple[float, ...]:
 def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list[Visual]:
     """Formats the meshes of a link as OBJ texts, one per colour.
 
-    They are added to the appearance.
+    The meshes are added to the appearance.
     """
     import trimesh
 

@@ -1,6 +1,6 @@
 """Reads a tool from the URDF of an object, as in simulators.
 
-It has shapes, grips, and a mass as if weighed.
+The tool has shapes, grips, and a mass as if weighed.
 
 A link that is fixed to another and has neither shape nor mass is a grip. A shape's material is found by its name in
 the file; a material that the program does not know is identified by its colour. A link's mass is distributed

@@ -1,6 +1,6 @@
 """Reads an arm for identification from a robot's file.
 
-It is a chain of joints with its links' inertias.
+The arm is a chain of joints with its links' inertias.
 
 Nothing is written, and no limits are needed because nothing will move. Joints outside the chain are frozen at their
 defaults, and the bodies beyond them are added to the link of the chain that carries them.
@@ -91,7 +91,7 @@ def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
 class Flange(NamedTuple):
     """Frame F in which a controller expects a payload.
 
-    It is defined in the robot's file, and not rotated like our hand.
+    The frame is defined in the robot's file, and not rotated like our hand.
     """
 
     name: str

@@ -236,7 +236,8 @@ def _place(
 def find_out_axis(X_LT: RigidTransform, X_PLs: list[RigidTransform]) -> str:
     """Finds the axis of the tip that points out of the hand.
 
-    It is the signed axis closest to the line from the last joint to the tip, ignoring joints within 3 cm of the tip.
+    The result is the signed axis closest to the line from the last joint to the tip, ignoring joints within 3 cm of
+    the tip.
     """
     p_T = X_LT.translation()  # from the current joint to the tip, in that joint's frame
     R_JT = X_LT.rotation().matrix()

@@ -321,7 +321,7 @@ def draw_posture(models: Path) -> Figure:
 def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
     """Plots the hand's axes with a hammer in the hand.
 
-    It is seen from the right: world x forward, z up.
+    The hand is seen from the right: world x forward, z up.
     """
     hammer = next(tool for tool in load_tools(MODELS / "workshop" / "tools.yaml") if tool.name == _HAMMER)
     held = hammer.gripped_by(hammer.grips[0])

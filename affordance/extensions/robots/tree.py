@@ -62,7 +62,7 @@ class RobotTree:
     def key(self, element: Joint | RigidBody) -> str:
         """Returns the key of a joint or link in the description.
 
-        It is the name, in an SDF with the model's name before it.
+        The key is the name, in an SDF with the model's name before it.
         """
         model = f"{self.plant.GetModelInstanceName(element.model_instance())}::"
         return f"{model if self.description.kind == 'sdf' else ''}{element.name()}"

@@ -52,7 +52,7 @@ class Numbers:
     def parse_sizes(self, shape: str, find: Callable[[str], str | None], key: str) -> tuple[float, ...]:
         """Parses a mesh's scale (default 1) or a simple shape's sizes (default 1 cm).
 
-        Empty for other shapes.
+        The tuple is empty for other shapes.
         """
         names, default = (("scale",), 1.0) if shape == "mesh" else (SHAPES.get(shape, ()), 0.01)
         sizes: tuple[float, ...] = ()

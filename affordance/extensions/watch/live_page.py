@@ -24,7 +24,7 @@ _STATE = "/state"
 class LivePage:
     """Page that is served until the process ends.
 
-    It asks for the state several times a second.
+    The page asks for the state several times a second.
     """
 
     def __init__(

@@ -101,7 +101,7 @@ class LiveScene:
     def factors(self) -> tuple[float, float]:
         """Factors of true density and size that the sliders set.
 
-        They are within the sliders' ends; NaN becomes 1.
+        The factors are within the sliders' ends; NaN becomes 1.
         """
         sent = [(self.meshcat.GetSliderValue(name), low, high) for name, _, low, high in _SLIDERS]
         density, size = (1.0 if math.isnan(value) else min(max(value, low), high) for value, low, high in sent)
@@ -200,7 +200,7 @@ class LiveScene:
 class _BeliefDisplay(SampledSystem):
     """System that shows the belief next to the scene.
 
-    It ends a presentation at a visitor's wish.
+    The system ends a presentation at a visitor's wish.
 
     Input ports:
         posterior: Belief given the samples so far, ObjectBelief.

@@ -129,7 +129,7 @@ class ErrorModel(NamedTuple):
     def count_freedom(self, statistics: JointStatistics, weights: Array) -> Array:
         """Counts the degrees of freedom of each channel's variance, (C,).
 
-        It is the number of errors less fitted unknowns.
+        The result is the number of errors less fitted unknowns.
         """
         count = np.maximum(statistics.counts, 1.0)
         of_block = statistics.block_length * self._count_alike_blocks(statistics, weights)
@@ -211,7 +211,7 @@ class Evidence:
     def list_rotor_sds(self) -> Array:
         """Returns prior SDs of rotor inertias times gain, (C,).
 
-        They are large enough to explain the whole signal.
+        The SDs are large enough to explain the whole signal.
 
         No robot's file has these inertias. Reflected at the joints of a UR10e, they are .4 to 7 kg m^2. They cancel
         in a difference, and are not felt by wrist sensors or by torque sensors beyond the gears.

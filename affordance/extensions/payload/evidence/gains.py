@@ -76,7 +76,7 @@ class Gains:
     def load_friction(self) -> Array:
         """Load friction mu of each joint, shape (n,).
 
-        It is zero for a joint that never moved, whose gain is zero.
+        The friction is zero for a joint that never moved, whose gain is zero.
         """
         g, h = self.mean.T
         mu: Array = np.divide(h, g, out=np.zeros_like(g), where=g != 0.0)

@@ -183,7 +183,7 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
 def _correlate(reference: Array, moved: Array) -> int:
     """Finds the lag of velocities, (N, C), behind similar reference velocities.
 
-    It is a number of rows.
+    The lag is a number of rows.
     """
     size = len(reference) + len(moved) - 1  # padded, so that ends do not wrap around to beginnings
     spectra = np.fft.rfft(moved, size, axis=0) * np.fft.rfft(reference, size, axis=0).conj()

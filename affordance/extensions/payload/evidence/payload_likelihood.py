@@ -347,7 +347,7 @@ class BodyLikelihood:
     def draw_normals(self, rng: np.random.Generator, num_bodies: int) -> Array:
         """Draws standard normal numbers for the phantoms of N bodies, (N, 10).
 
-        They are zero without a phantom.
+        The numbers are zero without a phantom.
         """
         shape = num_bodies, NUM_PARAMETERS
         return rng.standard_normal(shape) if self._has_phantom else np.zeros(shape)

@@ -130,7 +130,7 @@ class Expectation:
     def _precision(self) -> Array:
         """Inverse prior covariance of a body, (10, 10).
 
-        Its torques share the common factor of the gains.
+        The body's torques share the common factor of the gains.
         """
         return SolidPrior.for_hand().with_common_factor(self.gains.common_sd).precision
 

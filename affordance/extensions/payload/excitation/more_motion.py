@@ -47,7 +47,7 @@ def suggest_motion(
 ) -> Iterator[str]:
     """Predicts the benefit of four more seconds.
 
-    It is predicted for the mass, and for the first other quantity not yet seen.
+    The benefit is predicted for the mass, and for the first other quantity not yet seen.
 
     Yields nothing for a wrist sensor, or for an arm that is modelled by its file, where an empty run helps more.
     After a run with a drawing, a picture or a scale, the prediction uses the motion alone, and is made only if it is
@@ -100,7 +100,7 @@ def suggest_motion(
 def suggest_run(belief: PayloadBelief) -> str:
     """Suggests a recording that would show the mass.
 
-    Empty if this run showed it.
+    The text is empty if this run showed it.
     """
     evidence = belief.fit.evidence
     if belief.shows_mass:

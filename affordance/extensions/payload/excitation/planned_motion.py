@@ -72,7 +72,7 @@ class MotionLimits(NamedTuple):
     ) -> float:
         """Computes the largest share of any limit that a motion uses.
 
-        It is the maximum over bodies, (K, 10).
+        The result is the maximum over bodies, (K, 10).
 
         A share above 1 exceeds a limit. The share of the tip's least height is 1 minus the height in metres above it.
         The dynamics of the motion are computed if not given.
@@ -103,7 +103,7 @@ def _compute_speed(tip: ChainMotion, v: Array) -> float:
 class MotionFamily(abc.ABC):
     """Motions of equal duration, [s], each described by a vector of numbers.
 
-    They are within the arm's limits.
+    The motions are within the arm's limits.
     """
 
     robot: SerialChain
@@ -130,7 +130,7 @@ def list_times(duration: float, rate: float = _RATE) -> Array:
 def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array) -> PreparedRun:
     """Plans a minimum-jerk move from rest to rest, straight in joint angles.
 
-    It respects limits of speed and acceleration.
+    The move respects limits of speed and acceleration.
 
     Start and end have shape (n,), [rad]. Torques and collisions are not checked.
     """
@@ -193,7 +193,7 @@ class FourierFamily(MotionFamily):
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
         """Builds a motion at times, [s], (N,).
 
-        It is slowed down until the tip is slow enough.
+        The motion is slowed down until the tip is slow enough.
         """
         table = numbers.reshape(self.robot.num_joints, -1)
         share, place = np.clip(table[:, -2], 0.0, 1.0), np.clip(table[:, -1], 0.0, 1.0)

@@ -1,6 +1,6 @@
 """Filters a stream with a fixed lag.
 
-It uses the offline filter's impulse response, truncated on both sides.
+The filter uses the offline filter's impulse response, truncated on both sides.
 
 Its gain is the offline filter's and its phase is zero, so no relative delays arise. Rows become certain some tenths
 of a second late.
@@ -78,7 +78,7 @@ class FixedLag:
     def add(self, t: float, row: Array) -> None:
         """Adds the sample of a time, [s]: angles, optional velocities, and signals.
 
-        Its shape is (2n,) or (3n,).
+        The shape is (2n,) or (3n,).
         """
         place = bisect.bisect(self._times, t) if self._times and t < self._times[-1] else len(self._times)
         self._times.insert(place, t)

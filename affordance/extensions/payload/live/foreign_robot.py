@@ -1,6 +1,6 @@
 """Simulates somebody else's robot for demonstrations and tests.
 
-It works, takes up and puts down objects, and reports.
+The robot works, takes up and puts down objects, and reports.
 
 This file imports nothing of the project and runs as a process of its own. MuJoCo simulates one of two arms, whose
 true links, gains and friction differ from their file; the controller knows the file only. The robot's true load goes
@@ -149,7 +149,7 @@ class Sample:
 class Truth:
     """True load of the robot from a time on.
 
-    It has mass, [kg], and centre of mass at the flange, [m].
+    The load has mass, [kg], and centre of mass at the flange, [m].
     """
 
     time: float
@@ -161,7 +161,7 @@ class Truth:
 def write_model(name: str) -> str:
     """Writes the arm's file, an MJCF model.
 
-    Its site ``flange`` carries the payload.
+    The model's site ``flange`` carries the payload.
     """
     arm, lines, pad = ARMS[name], [], "  "
     for joint, place, (mass, *centre) in zip(arm.joints, arm.place, arm.links, strict=True):

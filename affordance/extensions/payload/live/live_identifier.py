@@ -92,7 +92,7 @@ class LiveEvent:
 class LiveIdentifier:
     """Identifier of a running robot's load, fed sample by sample.
 
-    It has no threads and sends nothing.
+    The identifier has no threads and sends nothing.
 
     Attributes:
         robot: Arm up to the tip that carries the payload.
@@ -364,7 +364,7 @@ class LiveIdentifier:
     def _spread_jitter(self, whole: PreparedRun) -> Array:
         """Computes the variance of the signal's prediction due to stamp jitter, (N, n).
 
-        It is the long-run variance.
+        The result is the long-run variance.
         """
         assert self._filter is not None
         n = self.robot.num_joints

@@ -82,7 +82,7 @@ class LoadChange:
     def measure(self, cells: Sequence[Cell]) -> float:
         """Computes the largest log Bayes factor of a change in the newest cells.
 
-        It is negative if there is none.
+        The result is negative without a change.
         """
         anything, best = build_phantom_covariance(_ANY_LOAD), -np.inf
         for age in _AGES:
@@ -121,7 +121,7 @@ class LoadChange:
     def _measure_variance(self, cells: Sequence[Cell], anything: Array) -> Array:
         """Estimates the long-run error variance, (C,).
 
-        It is at least the variance of the empty runs, or of the residual of a load.
+        The variance is at least the variance of the empty runs, or of the residual of a load.
         """
         if len(cells) < 3:
             return self._least

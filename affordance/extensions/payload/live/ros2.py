@@ -1,7 +1,7 @@
 """Reads ``sensor_msgs/JointState`` over DDS, without ROS: ``pip install cyclonedds``.
 
-It creates a reader and no writer, so nothing can be commanded. It is best-effort, which matches every writer, and
-keeps all samples until they are read.
+The module creates a reader and no writer, so nothing can be commanded. It is best-effort, which matches every writer,
+and keeps all samples until they are read.
 """
 
 import time

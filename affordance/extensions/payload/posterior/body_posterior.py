@@ -150,7 +150,7 @@ class Proposal:
     def refit(self, theta: Array, weights: Array) -> "Proposal":
         """Refits the proposal, kind by kind, to weighted posterior samples.
 
-        They are (N, 10), with weights, (N,).
+        The samples are (N, 10), with weights, (N,).
         """
         log_densities = self._compute_log_densities(theta)
         belongs = np.exp(log_densities - add_logs(log_densities)[:, None]) * weights[:, None]
@@ -378,7 +378,7 @@ def _correlate(before: Array, after: Array) -> float:
 def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal:
     """Builds a proposal by Laplace's approximation.
 
-    It has a component at the mode for each kind of solid.
+    The proposal has a component at the mode for each kind of solid.
     """
     quadratic = of_body.of_body
     means, precisions = prior.kinds.means, prior.kinds.precisions
@@ -410,7 +410,7 @@ def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
     """Finds the largest step of the exponent that keeps half the samples effective.
 
-    It is at most ``most``.
+    The step is at most ``most``.
     """
 
     def count(step: float) -> float:

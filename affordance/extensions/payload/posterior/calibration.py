@@ -153,7 +153,7 @@ def _estimate_friction_sd(fit: PayloadFit) -> Array:
 def _guess_scale(evidence: Evidence, mass: float) -> float:
     """Guesses the ratio of signal to torque for a point mass at the tip.
 
-    It is the median over joints.
+    The result is the median over joints.
     """
     of_arm = 0.0 if evidence.is_difference else evidence.samples.tau_arm
     torque = of_arm + evidence.samples.Y[..., 0] * mass

@@ -42,7 +42,7 @@ class SeenObject:
     def unseen(self) -> Array:
         """Exact covariance of the parameters of 1 kg (one SD) in the box, (10, 10).
 
-        It may be anywhere in the box; the frame is T.
+        The mass may be anywhere in the box; the frame is T.
         """
         nodes, weights = np.polynomial.legendre.leggauss(3)
         grid = np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3)

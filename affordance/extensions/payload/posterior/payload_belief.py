@@ -25,7 +25,7 @@ MASS, COM, MOMENTS = slice(0, 1), slice(1, 4), slice(4, 7)
 class Marginals(NamedTuple):
     """Marginals of mass, centre of mass and moments of inertia about it, (10,) each.
 
-    They are in the order of QUANTITIES, [kg, m, kg m^2]; products of inertia are -integral(x y dm).
+    Entries are in the order of QUANTITIES, [kg, m, kg m^2]; products of inertia are -integral(x y dm).
     """
 
     mean: Array
@@ -298,7 +298,7 @@ class PayloadBelief:
     def learned(self) -> tuple[LearnedDensity, ...]:
         """Densities of the materials in the seen object, after the run.
 
-        Empty without a camera.
+        The tuple is empty without a camera.
         """
         if self.seen is None:
             return ()
@@ -399,7 +399,7 @@ class PayloadBelief:
     def to_dict(self) -> dict[str, Any]:
         """Returns all results as plain numbers and texts for JSON.
 
-        They are in SI units, at the tip.
+        Results are in SI units, at the tip.
         """
         m, moments = self.marginals, slice(4, 10)
         pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])

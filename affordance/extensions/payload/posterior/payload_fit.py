@@ -163,7 +163,7 @@ def spread_gains(fit: PayloadFit) -> Array:
 def vary_unknowns(fit: PayloadFit, spreads: Array, settings: IdentificationSettings) -> list[PayloadLikelihood]:
     """Builds likelihoods with variances drawn from their uncertainty after the run.
 
-    These are variances of errors and of gains.
+    Variances of errors and of gains are drawn.
 
     A variance that was estimated from n errors is its estimate times n over a chi-squared variable with n degrees of
     freedom. Each channel has each quantile once, in its own random order (a Latin hypercube). Fewer than one error
@@ -234,7 +234,7 @@ def add_friction_error(
 ) -> Evidence:
     """Adds errors of the friction model to a pair's evidence, as a phantom payload.
 
-    They do not average out.
+    The errors do not average out.
 
     No model of friction is right. One standard deviation of a joint's error is taken to be the whole effect of its
     friction: the change of the most probable load if the joint is assumed to have none. Joints err independently.

@@ -1,7 +1,7 @@
 """Prior of an unseen held body: any solid that a hand could hold.
 
-It is a mixture of normal distributions of the log-Cholesky coordinates, one fitted to each of four kinds of random
-solids.
+The prior is a mixture of normal distributions of the log-Cholesky coordinates, one fitted to each of four kinds of
+random solids.
 """
 
 from dataclasses import dataclass
@@ -119,7 +119,7 @@ class SolidPrior:
     def with_mass(self, mass: float, sd: float) -> "SolidPrior":
         """Returns the prior of a weighed body.
 
-        It is conditioned on the mass with a standard deviation, [kg].
+        The prior is conditioned on the mass with a standard deviation, [kg].
         """
         means, C = self.kinds.means, self.kinds.covariances
         away, variance = np.log(mass) - means[:, 0], C[:, 0, 0]
@@ -229,7 +229,7 @@ def _draw_compact(rng: np.random.Generator) -> Array:
 def _draw_rods(rng: np.random.Generator) -> Array:
     """Draws the ten parameters of rods along x, (N, 10).
 
-    They are turned afterwards.
+    The rods are turned afterwards.
     """
     length = _draw_log_uniform(rng, _ROD_LENGTHS, (_NUM_SOLIDS, 1))
     second = _measure_cylinder(length, _draw_log_uniform(rng, _ROD_RADII, (_NUM_SOLIDS, 1)))
@@ -241,7 +241,7 @@ def _draw_rods(rng: np.random.Generator) -> Array:
 def _draw_handled(rng: np.random.Generator) -> Array:
     """Draws the ten parameters of handles along x with a head, (N, 10).
 
-    They are turned afterwards.
+    The handles are turned afterwards.
     """
     shape = (_NUM_SOLIDS, 1)
     length = _draw_log_uniform(rng, _HANDLE_LENGTHS, shape)

@@ -57,7 +57,7 @@ class Jump(NamedTuple):
 def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
     """Finds changes of joint angles that exceed the velocity limits.
 
-    They are between neighbouring samples.
+    The changes are between neighbouring samples.
 
     In a table of held postures, the angles jump from each posture to the next unless they are close together. A jump
     exceeds one and a half times the limit by 0.05 rad. The time is the longer of sample interval and median time
@@ -171,7 +171,7 @@ def _explain_jumps(q: Array, jumps: tuple[Jump, ...]) -> str:
 def find_lag(times: Array, values: Array, rate: Array) -> float:
     """Estimates the delay of a recorded rate, [s].
 
-    It is negative if the rate is early.
+    The delay is negative if the rate is early.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].

@@ -58,8 +58,8 @@ class PreparedRun(NamedTuple):
 def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
     """Computes the filter cut-off that passes a run's motion, [Hz].
 
-    It is a multiple of the bandwidth that contains 99.9 % of the velocity's power, for the joint with the largest
-    bandwidth. A cut-off in the settings takes precedence.
+    The cut-off is a multiple of the bandwidth that contains 99.9 % of the velocity's power, for the joint with the
+    largest bandwidth. A cut-off in the settings takes precedence.
     """
     if run.description.postures:
         return 1.0 / POSTURE_STEP  # nothing is filtered
@@ -157,7 +157,7 @@ def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
 def _apply_section(values: Array, w: float, damping: float) -> Array:
     """Applies the bilinear transform of 1 / (s^2 / w^2 + damping s / w + 1).
 
-    It starts in the steady state.
+    The filter starts in the steady state.
     """
     a = np.array([1.0 + damping * w + w**2, 2.0 * (w**2 - 1.0), 1.0 - damping * w + w**2])
     known = np.concatenate([values[:1], values[:1], values])

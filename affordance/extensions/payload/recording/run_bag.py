@@ -1,7 +1,7 @@
 """Reads joint states and wrist wrenches from ROS bags, as a table.
 
-It needs rosbags (the extra [bags]), but no ROS. Messages are decoded with ROS's own definitions, because definitions
-from the bag would become code that is executed.
+Reading needs rosbags (the extra [bags]), but no ROS. Messages are decoded with ROS's own definitions, because
+definitions from the bag would become code that is executed.
 """
 
 import importlib

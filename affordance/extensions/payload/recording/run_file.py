@@ -97,7 +97,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
 def _list_parts(description: Path, names: Sequence[str]) -> list[Path]:
     """Lists the files that a description names as parts of a recording.
 
-    They must be in its own folder.
+    The parts must be in the description's own folder.
     """
     parts = [description.parent / name for name in names]
     for i, (name, part) in enumerate(zip(names, parts, strict=True)):
@@ -194,7 +194,7 @@ def _are_postures(
 def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
     """Suggests how the description can name the log's own columns.
 
-    It uses the best-fitting names, if any.
+    The suggestion uses the best-fitting names, if any.
     """
     if missing == "time":
         likely = [name for name in names if _TIME.search(name)]

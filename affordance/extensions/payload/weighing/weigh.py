@@ -59,7 +59,7 @@ class Weighing(NamedTuple):
     def centre_of_mass(self) -> Array:
         """Centre of mass in the sensor's axes, shape (3,), [m].
 
-        It is the mean first moment over the mean mass.
+        The centre is the mean first moment over the mean mass.
         """
         mean = self.parameters.mean(axis=0)
         return np.asarray(mean[1:] / mean[0])
@@ -73,7 +73,7 @@ class Weighing(NamedTuple):
     def intervals(self) -> Array:
         """Ends of the intervals of mass, centre and offsets, shape (10, 4).
 
-        They are low50, high50, low90 and high90.
+        The ends are low50, high50, low90 and high90.
         """
         return np.quantile(self.samples, [0.25, 0.75, 0.05, 0.95], axis=0).T
 
@@ -215,7 +215,7 @@ def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: 
 def _advise(weighing: Weighing, forces: Regression, torques: Regression) -> str:
     """Finds the most helpful direction of gravity, in words.
 
-    It narrows mass and centre of mass most.
+    This direction narrows mass and centre of mass most.
     """
     cells = [int(np.argmax(fit.weights)) for fit in (forces, torques)]
     mass, moment = forces.mean[0], torques.mean[:3]

@@ -138,7 +138,7 @@ def _check_lengths(poses: Poses) -> list[str]:
 def _describe_turn(M: Array) -> str:
     """Describes forces that are M, (3, 3), times the load's forces.
 
-    Empty unless they are turned.
+    The text is empty unless forces are turned.
     """
     turn = Rotation.align_vectors(M.T, np.eye(3))[0].as_rotvec()
     angle = float(np.degrees(np.linalg.norm(turn)))

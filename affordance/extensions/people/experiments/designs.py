@@ -98,7 +98,7 @@ def write_jspsych(table: TrialTable, folder: Path) -> str:
 def write_bids(table: TrialTable, folder: Path) -> str:
     """Writes a BIDS data set to fill in.
 
-    It has a ``_beh.tsv`` for each participant, and one ``_beh.json``.
+    The data set has a ``_beh.tsv`` for each participant, and one ``_beh.json``.
 
     Raises:
         BadValueError: Names of participants, reduced to letters and digits, are empty or equal.

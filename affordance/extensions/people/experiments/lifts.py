@@ -99,7 +99,7 @@ def _order(names: Sequence[str], order: str, rng: np.random.Generator, row: int)
 def count_rows(count: int) -> int:
     """Computes the number of Latin square rows for a number of objects.
 
-    It is this number if even, twice the number if odd.
+    The result is this number if even, twice the number if odd.
     """
     return count if count % 2 == 0 else 2 * count
 
@@ -204,7 +204,7 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
 def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequence[int]) -> list[xr.Dataset]:
     """Simulates observers who lift the objects of their trials in order.
 
-    They learn from each lift.
+    The observers learn from each lift.
     """
     names = [tool.name for tool in tools]
     trials = [
@@ -260,7 +260,7 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
 def do_differ(settings: Settings) -> bool:
     """Returns True if observers differ.
 
-    They do with spreads of participants, or with a learner's value per observer.
+    Observers differ with spreads of participants, or with a learner's value per observer.
     """
     values = vars(settings.learner.parameters).values()
     return with_participant(settings).participant != Participant() or any(isinstance(each, tuple) for each in values)

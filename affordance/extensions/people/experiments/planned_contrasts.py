@@ -43,7 +43,7 @@ class Level(NamedTuple):
 class PlannedContrast(NamedTuple):
     """Difference between two levels, or between a level and a number.
 
-    It can be limited to places of the design.
+    The contrast can be limited to places of the design.
     """
 
     text: str

@@ -35,7 +35,7 @@ _SPREAD = (0.05, 0.95)
 class Prediction(NamedTuple):
     """Prediction of a measure by a learner, with all values, (R,).
 
-    It has mean with interval, SD, 5th and 95th percentile.
+    The prediction has mean with interval, SD, 5th and 95th percentile.
     """
 
     mean: Estimate

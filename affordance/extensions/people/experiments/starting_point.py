@@ -25,7 +25,7 @@ TOOLS.append(cylinder("odd", radius=0.04, height=0.105, mass=1.8))  # [m], [kg];
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
     """Draws the trials of one observer.
 
-    They may depend on its number: ``if observer % 2: ...``.
+    The trials may depend on its number: ``if observer % 2: ...``.
     """
     family = repeat([*FAMILY], 10, rng, block="family")
     return pd.concat([family, repeat([*FAMILY, "odd"], 10, rng, block="odd member", first=["odd"])])

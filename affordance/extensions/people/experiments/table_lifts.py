@@ -330,7 +330,7 @@ def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int)
 def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
     """Names the chosen grip in each row.
 
-    Empty without a choice or a usable grip.
+    The name is empty without a choice or a usable grip.
     """
     names = []
     for tool, place in zip(rows["tool"], rows["chosen"], strict=True):
@@ -395,7 +395,7 @@ def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
 def describe_too_strong(lifts: pd.DataFrame) -> str:
     """Describes simulated pushes that are too strong for a hand.
 
-    Empty if there are none.
+    The text is empty if there are none.
     """
     pushes = lifts[lifts["learner"] != PEOPLE].groupby("object", sort=False)["force"].max()
     strong = [f"{name} up to {push:.0f} N" for name, push in pushes[pushes > STRENGTH].items()]

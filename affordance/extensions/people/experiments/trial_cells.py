@@ -142,7 +142,7 @@ def name_cells(
 def _counts_rows(column: Sequence[str]) -> bool:
     """Returns True for a column of row numbers.
 
-    It has no name, and its cells are rising whole numbers.
+    Such a column has no name, and its cells are rising whole numbers.
     """
     numbers = [int(cell) for cell in column[1:] if cell.isdecimal()]
     return not column[0] and len(numbers) == len(column) - 1 and all(a < b for a, b in itertools.pairwise(numbers))

@@ -1,6 +1,6 @@
 """Reads and checks trial tables with one row per trial.
 
-They come from a spreadsheet, another program or a function.
+Tables come from a spreadsheet, another program or a function.
 
 Rows are in the order of the trials. Only the column ``object`` is required. By default a trial is a lift of the
 object as its file defines it, by one participant in one group. A column ``block`` serves as ``phase`` if there is no
@@ -108,7 +108,7 @@ def check_trials(
 ) -> TrialTable:
     """Checks a table built in Python as if it came from a file.
 
-    Its first trial is row 2.
+    The table's first trial is row 2.
     """
     texts = frame.astype(object).map(lambda cell: "" if pd.isna(cell) else str(cell)).to_numpy(object)
     table = pd.DataFrame([[str(each) for each in frame.columns], *texts])

@@ -181,7 +181,7 @@ def observe(setup: Setup, number: int) -> xr.Dataset:
 def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
     """Compares detected with true features of an object's parts.
 
-    They are NaN without a detection.
+    Errors are NaN without a detection.
     """
     visible, depth, colours = np.full((MAX_PARTS, 2), np.nan), np.full(MAX_PARTS, np.nan), np.full(MAX_PARTS, np.nan)
     error = deviation = math.nan

@@ -1,6 +1,6 @@
 """Collects a picture's evidence about an object's form.
 
-It has surface points, empty space, and rays that meet the object.
+The evidence has surface points, empty space, and rays that meet the object.
 """
 
 import cv2

@@ -28,7 +28,7 @@ _SHADOW = 9  # width of the strip beside an object in which a depth camera sees 
 class ScenePart(NamedTuple):
     """Convex solid of one colour in W.
 
-    It has the function n of points, (..., 3), and a ball (centre, radius) around it.
+    The solid has the function n of points, (..., 3), and a ball (centre, radius) around it.
     """
 
     gauge: Callable[[Array], Array]

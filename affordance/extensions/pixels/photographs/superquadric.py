@@ -60,7 +60,7 @@ class Superquadric(NamedTuple):
     def measure_distances(self, p_W: Array) -> Array:
         """Computes approximate distances of points in W, (..., 3), from the surface, [m].
 
-        They are negative inside.
+        Distances are negative inside.
         """
         p, across, n = self._scale(p_W)
         e1, e2 = self.exponents
@@ -242,7 +242,7 @@ def _soften(u: Array) -> Array:
 def build_mesh(solid: Superquadric, rows: int = 33, columns: int = 64) -> tuple[Array, Array]:
     """Builds vertices in S, (n, 3), [m], and faces, (m, 3), of a closed mesh.
 
-    It has exactly the solid's volume.
+    The mesh has exactly the solid's volume.
     """
     e1, e2 = solid.exponents
     eta = np.linspace(-0.5 * np.pi, 0.5 * np.pi, rows)[1:-1]

@@ -50,7 +50,7 @@ class Table(NamedTuple):
 def find_table(points: Array, place: Array, order: Array, rng: np.random.Generator) -> Table:
     """Finds the table around a place by RANSAC.
 
-    It is the plane with most readings on it, and few below it.
+    The table is the plane with most readings on it, and few below it.
 
     Args:
         points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].
