@@ -91,7 +91,7 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
 
 
 def parse_changes(words: Sequence[str]) -> dict[str, Any]:
-    """Parses words such as ``prior.sd=8000`` into values by name; values are parsed as YAML.
+    """Parses words such as ``prior.sd=8000`` into values by name, as YAML.
 
     A word of another form, or a setting that is named twice, raises a BadValueError.
     """

@@ -68,7 +68,7 @@ class Integrator:
     second_touch_accuracy: Annotated[float, _ACCURACY, Setting("1", _CONTACT)] = 1e-2
 
     def __post_init__(self) -> None:
-        """Checks all fields; a value of the wrong kind or out of bounds raises a BadArgumentError."""
+        """Checks all fields. An invalid value raises a BadArgumentError."""
         check_fields(self)
 
     @property

@@ -27,7 +27,7 @@ def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
 
 
 def _ask(git: str, folder: Path, *arguments: str) -> str | None:
-    """Runs git in a folder and returns its output; None if it fails."""
+    """Runs git in a folder. Returns its output, or None if it fails."""
     try:
         done = subprocess.run(
             [git, "-C", str(folder), *arguments], capture_output=True, text=True, timeout=_TIMEOUT, check=True

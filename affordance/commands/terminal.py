@@ -82,7 +82,7 @@ class ElapsedTime:
             self._stream.flush()
 
     def end(self) -> None:
-        """Removes the line; later calls have no effect."""
+        """Removes the line. Later calls have no effect."""
         self._ended.set()
         if self._thread.is_alive():
             self._thread.join()

@@ -67,7 +67,7 @@ class Strike(Task):
         return left if left > SHORTEST_HORIZON - 0.5 * self._control_period else 0.0
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal: the state of the swing, or of the return, at the end of the horizon."""
+        """Computes the goal: the swing's or the return's state at the end of the horizon."""
         motion, since = (self.swing, 0.0) if time < self._strike else (self._return, self._turn)
         q, v, _ = motion.evaluate(np.array([min(time + horizon - since, motion.duration)]))
         return TerminalGoal(self._identity, q[0], self._identity, v[0])

@@ -1,1 +1,4 @@
-"""Experiments, one file each, and what they share: observers in processes, lifts, results and drawings."""
+"""Experiments, one file each, and their shared parts.
+
+These are observers in processes, lifts, results and drawings.
+"""

@@ -42,7 +42,7 @@ def complain(problem: str, at: str = "") -> PydanticCustomError:
 
 
 class Constraint(ABC):
-    """Constraint on a value; annotates a field of a pydantic model or a dataclass."""
+    """Constraint on a value, which annotates a field of a pydantic model or a dataclass."""
 
     @abstractmethod
     def describe(self) -> JsonSchemaValue:

@@ -32,7 +32,7 @@ _AS_FAR = 1e-3
 
 
 class ArraySolid(Shape):
-    """Solid whose fields are arrays; solids with equal arrays are equal."""
+    """Solid whose fields are arrays. Solids with equal arrays are equal."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -76,7 +76,9 @@ class ArraySolid(Shape):
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh(ArraySolid):
-    """Solid bounded by closed surfaces of triangles; an inner surface, wound inwards, bounds a cavity.
+    """Solid bounded by closed surfaces of triangles.
+
+    An inner surface, wound inwards, bounds a cavity.
 
     Vertices in E, (n, 3), [m], and faces, (m, 3), with three vertices each, counter-clockwise as seen from outside
     the material, are read-only.

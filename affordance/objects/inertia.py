@@ -138,7 +138,7 @@ class Ellipsoid(Primitive):
 
 @dataclass(frozen=True, eq=False)
 class LoadedShape(Shape):
-    """Solid whose inertia differs from that of its visible shape.
+    """Solid with another inertia than its visible shape.
 
     Some of its volume may count elsewhere, or its density may vary.
 

@@ -109,7 +109,7 @@ NO_FAULTS = Faults()
 
 
 class _FaultsEntry(DataModel):
-    """Entry of a file of faults; omitted fields mean no fault."""
+    """Entry of a file of faults. Omitted fields mean no fault."""
 
     nan_probability: Annotated[float, _PROBABILITY] = 0.0
     drop_probability: Annotated[float, _PROBABILITY] = 0.0

@@ -22,7 +22,7 @@ _MARGIN = 6.0
 
 
 class SampleStatus(enum.Enum):
-    """Status of a sample; the values are indices into the counts of a trial."""
+    """Status of a sample. The values are indices into the counts of a trial."""
 
     MISSING = 0
     NOT_FINITE = 1

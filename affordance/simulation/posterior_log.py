@@ -1,4 +1,4 @@
-"""Log of the posterior during a trial; Drake's own logs accept only vectors."""
+"""Log of the posterior during a trial. Drake's own logs accept only vectors."""
 
 from typing import Any, NamedTuple, cast
 

@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe(weighing: Weighing) -> Iterator[str]:
-    """Describes a weighing line by line; the first line is the answer."""
+    """Describes a weighing line by line. The first line is the answer."""
     poses, sd, ends = weighing.poses, weighing.sd, weighing.intervals
     means = [weighing.mass, *weighing.centre_of_mass, *weighing.samples[:, 4:].mean(axis=0)]
     trust = "NOT TO BE TRUSTED" if weighing.doubts else "trusted" if weighing.shows_mass else "NOT SEEN"

@@ -17,7 +17,7 @@ from affordance.reporting.formatting import break_line
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Imports an arm; returns the exit status."""
+    """Imports an arm and returns the exit status."""
     start = time.perf_counter()
     with tqdm(bar_format="{desc} ({elapsed})", leave=False, disable=None) as steps:  # on a terminal only
         lines = import_arm(

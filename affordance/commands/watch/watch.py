@@ -15,7 +15,7 @@ from affordance.extensions.watch.show import Show
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Shows an observer until it is interrupted; returns the exit status."""
+    """Shows an observer until an interruption. Returns the exit status."""
     options.check_bounds(arguments)
     check_experiment(arguments, OF_THE_PAPER)
     if arguments.robot is not None and arguments.robot.is_file():

@@ -403,7 +403,10 @@ def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
 
 
 def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
-    """Compares the identified mass with the weighed one, unless that mass calibrated the gains."""
+    """Compares the identified mass with the weighed mass.
+
+    A mass that calibrated the gains is not compared.
+    """
     if belief.reference_mass is not None and belief.calibration is None:
         apart = abs(belief.mass - belief.reference_mass)
         if apart > max(_MOST_SHIFT * belief.mass_sd, _MOST_HALF_ERROR * belief.reference_mass):

@@ -161,7 +161,7 @@ class Visual(NamedTuple):
 
 @dataclass
 class Description:
-    """Contents of a robot's file; the format's reader fills them in."""
+    """Contents of a robot's file, filled in by the format's reader."""
 
     path: Path
     kind: str  # ``urdf``, ``sdf``, ``mjcf`` or ``directives``

@@ -67,7 +67,7 @@ class Change(NamedTuple):
 
 
 def show(value: Any) -> str:
-    """Formats a value; numbers get four significant digits."""
+    """Formats a value. Numbers get four significant digits."""
     if value is None:
         return "removed"
     if isinstance(value, float):
@@ -304,7 +304,10 @@ def _find_lack_of_plan(model: ArmModel, tool: Tool, path: TimedPath, settings: S
 
 
 def _describe_overload(model: ArmModel, cost: MotionCost, tool: Tool) -> str:
-    """Names the joint that a tool overloads during a motion; empty if there is none."""
+    """Names the joint that a tool overloads during a motion.
+
+    The text is empty if there is none.
+    """
     loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
     if loads.max() <= 1.0:
         return ""

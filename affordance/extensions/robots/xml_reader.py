@@ -1,4 +1,4 @@
-"""Reads XML; errors name file, element and value."""
+"""Reads XML. Errors name file, element and value."""
 
 import math
 from collections.abc import Callable, Container, Iterable, Iterator
@@ -110,7 +110,7 @@ def list_new(
 
 
 def name_of(element: Element, path: Path) -> str:
-    """Returns the name of a link or joint; a missing name raises a BadValueError."""
+    """Returns the name of a link or joint. A missing name raises a BadValueError."""
     name = element.get("name")
     if not name:
         raise BadValueError(path, element.tag, "has no name")
