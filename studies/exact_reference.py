@@ -69,7 +69,7 @@ class Hold(NamedTuple):
 
 
 class Marginal(NamedTuple):
-    """Posterior of a density, [kg/m^3], with quantiles and grid.
+    """Posterior of a density with its quantiles, and the grid on which it is computed, [kg/m^3].
 
     Quantiles are at ``LEVELS``; grid points have probabilities.
     """

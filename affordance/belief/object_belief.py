@@ -24,7 +24,7 @@ class ObjectBelief:
     colours: tuple[int, ...] = ()
 
     def list_colours(self) -> list[Colour]:
-        """Lists the colours of the densities, in their order."""
+        """Lists the colour of each material of the object, in the order of its densities."""
         return [self.memory.colours[colour] for colour in self.colours]
 
     def compute_parameters(self, rho: Array) -> Array:

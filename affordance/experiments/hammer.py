@@ -301,7 +301,7 @@ def judge(n: Mapping[str, Any], grip_densest_far: str) -> list[ClaimResult]:
     return [
         claim("correct_grip", "paper IV-D",
               "For this task the optimal choice is to grasp the wooden side of the object.",
-              check("absolute work with the other grip divided by that with this one, simulated with contact",
+              check("absolute work with the other grip, divided by the work with this grip, simulated with contact",
                     ratio, RATIO, above=1)),
         claim("sufficient_force", "paper IV-D", "Efficiently hit a nail with sufficient force.",
               check("peak force divided by the required one, each tool held by each grip, simulated with contact",

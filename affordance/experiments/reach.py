@@ -255,7 +255,7 @@ def judge(n: Mapping[str, Any], densest_at_hand: str) -> list[ClaimResult]:
     ratio = n["energy_ratio_true"] if n["correct_grip"] == densest_at_hand else 1.0 / n["energy_ratio_true"]
     return [
         claim("correct_grip", "paper IV-C", "The optimal solution is to grasp the object by the steel component.",
-              check("absolute work with the other grip divided by that with this one, simulated",
+              check("simulated absolute work with the other grip, divided by the work with this grip",
                     ratio, RATIO, above=1)),
         claim("chance", "paper IV-D, about figure 10; expected here too",
               "At the start of the experiment the robot is at chance.",

@@ -90,7 +90,7 @@ class Primitive(Shape):
 
     @classmethod
     def from_sizes(cls, sizes: Sequence[float] | Array) -> Self:
-        """Builds the solid from its lengths in the order of the fields, shape (num_sizes,), [m].
+        """Builds the solid from its lengths, (num_sizes,), [m], in the order of the fields of the class.
 
         A wrong number of lengths raises a BadArgumentError.
         """

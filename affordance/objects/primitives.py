@@ -17,7 +17,7 @@ _ALONG = 1e-9
 
 @dataclass(frozen=True)
 class Box(Primitive):
-    """Solid box with edges along Ex, Ey, Ez, [m]."""
+    """Solid box with edges along Ex, Ey and Ez."""
 
     lengths: tuple[float, float, float]
 

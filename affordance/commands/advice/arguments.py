@@ -48,9 +48,7 @@ def _add_knowledge(parser: argparse.ArgumentParser) -> None:
     """
     add = parser.add_argument
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
-    what = (
-        "materials whose handbook density is known: NAME,NAME,... or the word nothing (default: all that tools name)"
-    )
+    what = "materials whose handbook density is known: NAME,NAME,... or nothing (default: all in the tools file)"
     add("--know", metavar="NAMES", help=what)
     add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
 

@@ -68,7 +68,11 @@ def declare_identify(parser: argparse.ArgumentParser) -> None:
     what = "cut-off of the low-pass filter, Hz, such as that of live (default: four times the motion's bandwidth)"
     add("--cutoff", type=float, metavar="HZ", help=what)
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
-    add("--demo", action="store_true", help="identify a simulated recording from the package")
+    add(
+        "--demo",
+        action="store_true",
+        help="identify the payload of a simulated recording that comes with the program",
+    )
     add_answer(parser, "belief.json, samples.npz, gains.yaml and figures")
     _add_write(parser)
     add_seed(parser)

@@ -25,7 +25,7 @@ def declare_see(parser: argparse.ArgumentParser) -> None:
     add("--material", metavar="NAME", help=what)
     what = "what it holds: liquid, powder, dry_food or air (default: unknown)"
     add("--holds", choices=("liquid", "powder", "dry_food", "air"), metavar="KIND", help=what)
-    what = "tools.yaml of an earlier picture of the same material, whose colours it takes, so that a memory knows it"
+    what = "tools.yaml of an earlier picture of the same material, of which its colours are taken"
     add("--same-colour", type=Path, metavar="FILE", help=what)
     add("--name", metavar="NAME", help="name of the object (default: that of the picture's file)")
     what = "write example pictures to a new folder, and print what to do with them"

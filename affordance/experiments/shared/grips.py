@@ -353,7 +353,7 @@ def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
     rows = {
         "one density drawn from the belief (the paper's): probability": numbers["p_correct"],
         "the same rule: share of one draw for each observer": numbers["p_correct_drawn"],
-        "least absolute work expected over the whole belief": numbers["p_correct_bayes"],
+        "least expected absolute work, averaged over the whole belief": numbers["p_correct_bayes"],
         "cases in which the least expected integral of torque squared would choose otherwise": numbers[
             "effort_flips"
         ],

@@ -308,7 +308,7 @@ def _get_pushes(participant: Participant, free: Sequence[FreeParameter], values:
 def _draw_anew(log_weights: Array, uniform: Array) -> tuple[NDArray[np.intp], Array]:
     """Resamples the particles of K values, (K, P), systematically.
 
-    This happens where few are effective, by a uniform number each.
+    Values whose effective number of particles is small are resampled, each with one uniform random number.
 
     Returns: Ancestor of each particle, (K, P), and the logarithm by which its weight changes, (K, P).
     """

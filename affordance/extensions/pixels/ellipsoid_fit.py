@@ -173,7 +173,7 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
 
 
 def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid to its measurements in a picture.
+    """Fits an ellipsoid to measurements from a picture.
 
     The fit needs at least as many readings as fitted numbers.
 

@@ -179,7 +179,7 @@ def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[Com
 def _measure_gap(shape: Shape, X_TE: Array, p_TQ: Array) -> float:
     """Computes how far a point is outside a part's surface, [m].
 
-    The distance is measured from the centroid, and negative inside.
+    It is measured along the line from the part's centroid, and is negative for a point inside the part.
     """
     p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
     return float(np.linalg.norm(p_EQ) - p_EQ @ shape.find_support(p_EQ) / np.linalg.norm(p_EQ))

@@ -180,7 +180,7 @@ def _write_moments(inertial: Element, values: Inertial) -> None:
 
 
 def _read_visual(element: Element, numbers: Numbers, key: str) -> Visual | None:
-    """Reads a shape. Returns None if it cannot be imported."""
+    """Reads a shape; a shape that cannot be imported gives None."""
     geometry, key = element.find("geometry"), f"{key}.visual"
     if geometry is None or not len(geometry) or (pose := _read_pose(element, numbers, key)) is None:
         return None

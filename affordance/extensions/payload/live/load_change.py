@@ -69,7 +69,7 @@ class LoadChange:
     """Test for a change of the load, based on the errors of a fitted empty arm."""
 
     def __init__(self, fitted: FittedArm, gains: Gains) -> None:
-        """Stores the gains as exact.
+        """Stores the gains, which are assumed to have no error.
 
         A wrong gain is wrong before and after a change.
         """

@@ -26,7 +26,7 @@ _NUM_SAMPLES = 20_000
 _COMMON_SD = PRIORS[SignalKind.WRENCH].scale_common_sd  # relative SD of a factor common to all axes
 _TAKEN = float(np.log(20.0))  # log odds above which the axes of the wrench are certain
 _INVERTED = -float(np.log(10.0))  # prior log odds that the orientations are those of the base in the sensor
-_SEEN_MASS, _SEEN_CENTRE = 0.4, 0.1  # largest SDs of what is seen: relative, as for identify, and [m]
+_SEEN_MASS, _SEEN_CENTRE = 0.4, 0.1  # largest SDs: relative of the mass, as for identify; of the centre, [m]
 _LIGHT = 0.1  # mass below which little or nothing is borne, [kg]
 # In 25 simulated tables each, a sensor turned by 8 degrees was noticed in 5 with four poses, and in 25 with five.
 _FIFTH = "; a fifth would also show whether the sensor is turned against the orientations, which four hardly do"

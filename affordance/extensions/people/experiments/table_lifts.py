@@ -284,7 +284,7 @@ def _observe_alike(
     for is_closed, group in itertools.groupby(range(shape[0]), key=closed.__getitem__):
         numbers = list(group)
         if is_closed:
-            later = (0, numbers[0]) if numbers[0] else ()  # the number of a later lift is never 0
+            later = (0, numbers[0]) if numbers[0] else ()  # only a first lift has the number 0
             seeds = [(*each, *later) for each in drawn]
             record = lifter.run(lifted[numbers], knows, errors[numbers], seeds, teaches[numbers], pushes)
             knows, num_learned = record.after, num_learned + int(teaches[numbers, 0].sum())
