@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from helpers.refusals import refuse
 
+from affordance.commands.arguments import add_out
 from affordance.commands.people.arguments import add_fit_options
 from affordance.commands.people.people_options import read_setting
 from affordance.experiments.shared.holds import compute_volume
@@ -51,7 +52,8 @@ def test_columns_may_have_other_names(tmp_path):
     assert "--columns: is 'participnt', must be one of participant, " in said
     questions = argparse.ArgumentParser()
     add_fit_options(questions)
-    words = [str(other), "--columns", "participant=subject", "force=push"]
+    add_out(questions)
+    words = ["--out", str(tmp_path), str(other), "--columns", "participant=subject", "force=push"]
     _, of_command = read_setting(questions.parse_args(words))
     assert str(of_command.people) == str(found.people)
 

@@ -1,5 +1,7 @@
 """The study of pictures: its scenes and tables, true volumes, and what a weighing tells."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.refusals import refuse
@@ -71,11 +73,14 @@ def test_outlines_are_polygons_of_labelled_objects_within_the_picture():
 
 def test_words_and_a_weighing_narrow_the_mass(readings, capsys):
     widths = []
+    # A volume that is known to 30 %: how well the picture shows it does not matter here.
+    seen = readings[1].seen
+    known = readings[1]._replace(seen=replace(seen, parts=(replace(seen.parts[0], volume_sd=0.3),)))
     for masses in (
-        draw_masses(readings[1], "household_thing", knows=False),
-        draw_masses(readings[1], "household_thing"),
-        draw_masses(readings[1], "holds_liquid"),
-        draw_masses(readings[1], "household_thing", weighed=readings[0]),
+        draw_masses(known, "household_thing", knows=False),
+        draw_masses(known, "household_thing"),
+        draw_masses(known, "holds_liquid"),
+        draw_masses(known, "household_thing", weighed=known),
     ):
         low, high = np.quantile(masses, [0.05, 0.95])
         assert low < CANS["can"][2] < high
