@@ -39,10 +39,7 @@ def check_whole(name: str, value: Any, bound: Whole) -> int:
 
 
 def check_seed(value: Any) -> tuple[int, ...]:
-    """Checks a seed, which is a whole number or several.
-
-    Several numbers separate draws of different kinds.
-    """
+    """Checks a seed, which is a whole number or several. Several numbers separate draws of different kinds."""
     if isinstance(value, tuple | list) and value:
         return tuple(check_whole(f"seed[{i}]", each, SEEDS) for i, each in enumerate(value))
     if isinstance(value, tuple | list):
@@ -51,9 +48,7 @@ def check_seed(value: Any) -> tuple[int, ...]:
 
 
 def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
-    """Checks that a value is an instance of a class.
-
-    ``hint`` tells users how to obtain an instance.
+    """Checks that a value is an instance of a class. ``hint`` tells users how to obtain an instance.
 
     A Protocol must be ``runtime_checkable``.
     """
@@ -70,10 +65,7 @@ def check_member[E: enum.Enum](name: str, value: Any, kind: type[E]) -> E:
 
 
 def check_fractions(name: str, values: Any) -> Array:
-    """Checks that numbers, (n,), are from 0 to 1.
-
-    The message converts percentages.
-    """
+    """Checks that numbers, (n,), are from 0 to 1. The message converts percentages."""
     fractions = check_array(name, values, (None,))
     for i, value in enumerate(fractions):
         if not 0.0 <= value <= 1.0:
@@ -83,10 +75,7 @@ def check_fractions(name: str, values: Any) -> Array:
 
 
 def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
-    """Checks shape and finiteness of an array, and returns floats.
-
-    None in the shape allows any length.
-    """
+    """Checks shape and finiteness of an array, and returns floats. None in the shape allows any length."""
     array = read_numbers(name, values, f" of shape {_show_shape(shape)}")
     if array.ndim != len(shape) or any(b not in (None, a) for a, b in zip(array.shape, shape, strict=True)):
         raise BadArgumentError(name, "", f"has the shape {array.shape}, must have {_show_shape(shape)}")

@@ -72,10 +72,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
 
 
 def _drop_output() -> None:
-    """Redirects standard output to nowhere.
-
-    Otherwise the interpreter would try to flush it at exit, and fail.
-    """
+    """Redirects standard output to nowhere. Otherwise the interpreter would try to flush it at exit, and fail."""
     with contextlib.suppress(OSError, ValueError, AttributeError), Path(os.devnull).open("wb") as nowhere:
         os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
@@ -135,10 +132,7 @@ def _run(words: Sequence[str], program: str) -> int:
 
 @contextlib.contextmanager
 def _ignore_working_folder() -> Iterator[None]:
-    """Keeps child processes from importing modules of the working folder.
-
-    The console script does the same.
-    """
+    """Keeps child processes from importing modules of the working folder. The console script does the same."""
     before = os.environ.get(_SAFE_PATH)
     os.environ[_SAFE_PATH] = "1"
     try:
@@ -158,10 +152,7 @@ def _list_programs(chosen: argparse.Namespace) -> list[Path]:
 
 
 def describe_import_error(error: ImportError) -> str:
-    """Describes a missing library in one line.
-
-    Errors about the program's own modules are raised again.
-    """
+    """Describes a missing library in one line. Errors about the program's own modules are raised again."""
     if (error.name or "").partition(".")[0] in ("affordance", "studies"):
         raise error
     if any(sign in str(error) for sign in _NO_MEMORY):

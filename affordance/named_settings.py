@@ -36,9 +36,7 @@ _MODEL_SOURCE = (
 
 
 class NamedSetting(NamedTuple):
-    """Setting with its name, value and meaning.
-
-    The name is a path of fields.
+    """Setting with its name, value and meaning. The name is a path of fields.
 
     The unit is "1" if dimensionless, and empty if the value is not a number. The source is a reference or reason for
     the default value.
@@ -107,10 +105,7 @@ def parse_changes(words: Sequence[str]) -> dict[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """Parses a value as in a settings file.
-
-    Invalid YAML counts as text.
-    """
+    """Parses a value as in a settings file. Invalid YAML counts as text."""
     try:
         return parse_yaml(text, "value")
     except BadValueError:

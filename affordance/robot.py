@@ -18,9 +18,7 @@ from affordance.plant.serial_chain import SerialChain
 
 @dataclass(frozen=True)
 class Robot:
-    """Robot loaded from a model folder, by default the paper's arm.
-
-    ``import_arm`` writes such folders.
+    """Robot loaded from a model folder, by default the paper's arm. ``import_arm`` writes such folders.
 
     ``identify``, ``rank`` and ``TrialRunner`` accept it. Files are read when a property is first used.
 

@@ -14,9 +14,7 @@ _TIMEOUT = 10.0  # for a call of git, [s]
 
 @functools.cache
 def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
-    """Finds the git commit of a source folder, 40 digits.
-
-    The text ends with ``-dirty`` if files have changed since.
+    """Finds the git commit of a source folder, 40 digits. The text ends with ``-dirty`` if files have changed since.
 
     Returns None if git is missing, or if the folder is not in a repository, as for an installed program.
     """

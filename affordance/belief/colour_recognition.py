@@ -29,10 +29,7 @@ def find_colour_index(colours: Sequence[Colour], colour: Colour) -> int | None:
 
 
 def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None:
-    """Finds the index of a part's material by its colour.
-
-    Returns None if no colour is recognised with certainty.
-    """
+    """Finds the index of a part's material by its colour. Returns None if no colour is recognised with certainty."""
     if part.colour_sd == 0.0:
         return find_colour_index(colours, part.colour)
     probabilities = compute_colour_probabilities(part.colour, part.colour_sd, colours, part.lightness_sd)

@@ -163,10 +163,7 @@ class DensityBelief:
         return DensityBelief.from_moments(np.tile(self.untruncated_mean, num_objects), covariance)
 
     def compute_point_estimate(self, point_estimate: PointEstimate, rng: np.random.Generator) -> Array:
-        """Computes point estimates of the densities, shape (M,), [kg/m^3].
-
-        Each is at least DENSITY_FLOOR.
-        """
+        """Computes point estimates of the densities, shape (M,), [kg/m^3]. Each is at least DENSITY_FLOOR."""
         match point_estimate:
             case PointEstimate.MODE:
                 return self.compute_mode()

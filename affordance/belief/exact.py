@@ -44,10 +44,7 @@ _LEAST_SCORE = -8.0  # below it, a score cannot be told from minus infinity in d
 
 
 class Experience(NamedTuple):
-    """Prior of M mean densities, and evidence of B observers about T objects.
-
-    An object has at most C densities.
-    """
+    """Prior of M mean densities, and evidence of B observers about T objects. An object has at most C densities."""
 
     prior: Normals  # of the mean densities
     holds: Holds
@@ -138,10 +135,7 @@ class _Model:
         return mu, slope, slope * (x * slope / self.sd - z)
 
     def evaluate(self, z: Array, d: Array, *, is_expected: bool = False) -> _Point:
-        """Evaluates the log posterior and its derivatives.
-
-        Expected second derivatives are positive definite.
-        """
+        """Evaluates the log posterior and its derivatives. Expected second derivatives are positive definite."""
         mu, slope, bend = self.find_densities(z)
         S, f = self.selection[:, None].astype(float), self.deviation
         own = (S @ mu[:, :, None, :, None])[..., 0]  # mu of each density, (B, n, T, C)
@@ -188,10 +182,7 @@ class _Curvature(NamedTuple):
 
 
 def _solve(point: _Point, fixed: Array) -> tuple[_Curvature, Mask]:
-    """Solves for the Newton step.
-
-    Also returns where the matrix is positive definite, (B, n).
-    """
+    """Solves for the Newton step. Also returns where the matrix is positive definite, (B, n)."""
     A, C, D = point.A, point.C, point.D
     if D.shape[-1] == 1:
         inverse_D, log_D, ok = 1.0 / D, np.log(np.maximum(D[..., 0, 0], 1e-300)), D[..., 0, 0] > 0.0
@@ -414,9 +405,7 @@ def _split(experience: Experience, patterns: Mask) -> Posterior:
 
 
 def _divide(experience: Experience, joined: Mask, owned: Mask) -> Posterior:
-    """Computes independent posteriors for groups of mean densities.
-
-    No prior and no object connects two groups.
+    """Computes independent posteriors for groups of mean densities. No prior and no object connects two groups.
 
     ``joined``, (M, M), is true for densities of one group, and ``owned``, (B, T, M), for densities of an object. A
     group without objects keeps its prior.

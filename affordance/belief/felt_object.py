@@ -16,10 +16,7 @@ class Thing(NamedTuple):
 
 
 class AtHand(NamedTuple):
-    """Object that was recalled last, with its number.
-
-    An object that was never lifted has the next free number.
-    """
+    """Object that was recalled last, with its number. An object that was never lifted has the next free number."""
 
     thing: Thing
     number: int

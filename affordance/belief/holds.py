@@ -55,10 +55,7 @@ class Holds(NamedTuple):
 
 
 class Slopes(NamedTuple):
-    """Log likelihood of T objects at n sets of densities, with its derivatives.
-
-    Densities are (B, n, T, C).
-    """
+    """Log likelihood of T objects at n sets of densities, with its derivatives. Densities are (B, n, T, C)."""
 
     value: Array  # (B, n, T)
     gradient: Array  # (B, n, T, C)
@@ -87,9 +84,7 @@ def compute_log_likelihood(holds: Holds, rho: Array, *, is_expected: bool = Fals
 
 
 def fit_torques(holds: Holds, num_things: int) -> tuple[Array, Array]:
-    """Fits densities to torques, as a first guess.
-
-    The errors have the size that the measured torques imply.
+    """Fits densities to torques, as a first guess. The errors have the size that the measured torques imply.
 
     At a density at which a joint bears hardly any torque, its error is small, so the log likelihood has several
     maxima.
@@ -118,10 +113,7 @@ def _cut(holds: Holds, entries: int) -> Iterator[Holds]:
 
 
 def _multiply(values: Array, matrices: Array) -> Array:
-    """Multiplies values, (B, n, N, K), by a matrix per hold, (B, N, K, L).
-
-    The result is (B, n, N, L).
-    """
+    """Multiplies values, (B, n, N, K), by a matrix per hold, (B, N, K, L). The result is (B, n, N, L)."""
     return np.asarray((values.swapaxes(1, 2) @ matrices).swapaxes(1, 2))
 
 
@@ -417,10 +409,7 @@ def start_holds(size: int) -> State:
 
 
 def add_hold(state: State, seen: Seen, felt: Felt) -> State:
-    """Adds a hold of an object to the state.
-
-    A hold that differs only in its torques joins an earlier entry.
-    """
+    """Adds a hold of an object to the state. A hold that differs only in its torques joins an earlier entry."""
     rows, N = np.arange(len(seen.things)), state["hold_count"].shape[1]
     new = {**dict(zip(OF_HOLDS, felt.hold, strict=True)), "hold_thing": seen.things[:, None]}
     shapes = {name: np.maximum(state[name].shape[2:], new[name].shape[2:]) for name in OF_HOLDS}

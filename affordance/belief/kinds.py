@@ -77,10 +77,7 @@ def make_room_for_thing(state: State, seen: Seen) -> State:
 
 
 def believe_kinds(state: State) -> Normals:
-    """Computes the belief about the mean densities of K kinds, (B, K).
-
-    Empty places are N(0, 1).
-    """
+    """Computes the belief about the mean densities of K kinds, (B, K). Empty places are N(0, 1)."""
     absent = np.eye(state["is_kind"].shape[1]) * ~state["is_kind"][:, None, :]
     return Normals(state["mean"], state["covariance"] + absent)
 
@@ -138,10 +135,7 @@ def keep_specimens(state: State, kept: Mask) -> State:
 
 
 def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDArray[np.intp]:
-    """Counts the objects of each kind, (B, K).
-
-    One object for each observer can be excluded.
-    """
+    """Counts the objects of each kind, (B, K). One object for each observer can be excluded."""
     counted = state["num_lifts"] > 0
     if excluded is not None:
         counted = counted & (np.arange(counted.shape[1]) != excluded[:, None])[:, :, None]
@@ -151,10 +145,7 @@ def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDAr
 
 
 def find_most_populous(state: State, colours: Sequence[int]) -> NDArray[np.intp]:
-    """Finds the kind with the most objects in each colour, (B, colours).
-
-    In a tie it is the oldest kind.
-    """
+    """Finds the kind with the most objects in each colour, (B, colours). In a tie it is the oldest kind."""
     counts = count_things(state)[:, None, :]
     candidates = mark_kinds(state, colours)
     return np.where(candidates, counts, -1).argmax(axis=2)
@@ -168,10 +159,7 @@ def mark_kinds(state: State, colours: Sequence[int]) -> Mask:
 
 
 def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior], is_kind: Mask) -> State:
-    """Adds a place for a new kind of each colour.
-
-    The place is used where ``is_kind``, (B, colours), is true.
-    """
+    """Adds a place for a new kind of each colour. The place is used where ``is_kind``, (B, colours), is true."""
     K, count = state["is_kind"].shape[1], len(colours)
     shapes = {name: (K + count,) * (state[name].ndim - 1) for name in OF_KINDS}
     state = {**state, **{name: pad(state[name], shape).copy() for name, shape in shapes.items()}}
@@ -187,9 +175,7 @@ def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior],
 
 
 def tidy(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
-    """Removes empty kinds, computes the belief, and merges twins after a hold.
-
-    The held objects are ``things``, (B,).
+    """Removes empty kinds, computes the belief, and merges twins after a hold. The held objects are ``things``, (B,).
 
     Returns: The state, without own densities of ordinary things, and the belief about each observer's thing, (B, C).
     """
@@ -309,10 +295,7 @@ def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) 
 
 
 def _forget_own(state: State, is_odd: Mask) -> State:
-    """Clears the own densities of ordinary objects.
-
-    The mask ``is_odd`` has shape (B, T, C).
-    """
+    """Clears the own densities of ordinary objects. The mask ``is_odd`` has shape (B, T, C)."""
     is_own = state["is_own"] & is_odd
     both = is_own[..., :, None] & is_own[..., None, :]
     own = {"own_mean": np.where(is_own, state["own_mean"], 0.0)}

@@ -90,10 +90,7 @@ class Kinds(Learner):
         ] = 2.0
 
     def __init__(self, pick: Pick | str = Pick.MAP, **parameters: Any) -> None:
-        """Sets the rule for hypotheses, and parameters by name.
-
-        The default of kappa was fitted for this rule.
-        """
+        """Sets the rule for hypotheses, and parameters by name. The default of kappa was fitted for this rule."""
         self.pick = check_member("pick", pick, Pick)
         super().__init__(**{"kappa": KAPPA[self.pick], **parameters})
 
@@ -171,10 +168,7 @@ class Kinds(Learner):
 
     @override
     def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
-        """Adds a colour with one kind, unless a known colour is the most probable.
-
-        The kind has the prior.
-        """
+        """Adds a colour with one kind, unless a known colour is the most probable. The kind has the prior."""
         best, M = int(probabilities.argmax()), len(probabilities) - 1
         if best < M:
             return state, best
@@ -198,10 +192,7 @@ class Kinds(Learner):
 
     @override
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
-        """Finds the kind of an object in each of its colours, (B, m).
-
-        A new object has the most populous kind.
-        """
+        """Finds the kind of an object in each of its colours, (B, m). A new object has the most populous kind."""
         state = make_room_for_thing(state, seen)
         thing = np.arange(len(seen.things)), seen.things
         is_known = (state["num_lifts"][thing] > 0)[:, : len(seen.colours)]
@@ -209,8 +200,5 @@ class Kinds(Learner):
         return np.where(is_known, own, find_most_populous(state, seen.colours))
 
     def _find_common(self, state: State) -> NDArray[np.intp]:
-        """Finds the most populous kind of every colour, (B, M).
-
-        Every colour has a kind.
-        """
+        """Finds the most populous kind of every colour, (B, M). Every colour has a kind."""
         return find_most_populous(state, range(int(state["kind_colour"].max(initial=-1)) + 1))

@@ -25,10 +25,7 @@ from affordance.files.constraints import check_fields
 
 
 class Draws(Protocol):
-    """Random numbers with the interface of ``numpy.random.Generator``.
-
-    Row b belongs to observer b.
-    """
+    """Random numbers with the interface of ``numpy.random.Generator``. Row b belongs to observer b."""
 
     def random(self, size: tuple[int, ...], /) -> Array:
         """Draws uniform numbers in [0, 1); the first dimension is for observers."""
@@ -62,9 +59,7 @@ class Groups(NamedTuple):
 
 
 class Learner(ABC):
-    """Rule by which observers learn densities from lifts.
-
-    This is the base class of all learners.
+    """Rule by which observers learn densities from lifts. This is the base class of all learners.
 
     A subclass declares its parameters as fields of a nested frozen dataclass ``Parameters``, such as
     ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. The value of a parameter is one number
@@ -82,10 +77,7 @@ class Learner(ABC):
         """Empty parameters, for a learner without any."""
 
     def __init_subclass__(cls) -> None:
-        """Resolves annotations that are strings.
-
-        Processes without the defining file can then read them.
-        """
+        """Resolves annotations that are strings. Processes without the defining file can then read them."""
         super().__init_subclass__()
         cls.Parameters.__annotations__ = get_type_hints(cls.Parameters, include_extras=True)
 
@@ -113,17 +105,11 @@ class Learner(ABC):
 
     @property
     def is_exact(self) -> bool:
-        """True if all objects of a colour are of one kind.
-
-        The belief is then the posterior given all holds.
-        """
+        """True if all objects of a colour are of one kind. The belief is then the posterior given all holds."""
         return False
 
     def change(self, **parameters: Any) -> Self:
-        """Returns the learner with new values for some parameters.
-
-        A wrong parameter raises a BadArgumentError.
-        """
+        """Returns the learner with new values for some parameters. A wrong parameter raises a BadArgumentError."""
         return type(self)(**{**_list_values(self.parameters), **parameters})
 
     def of_observers(self, observers: Sequence[int]) -> Self:

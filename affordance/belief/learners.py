@@ -16,10 +16,7 @@ ARM_LEARNER = KINDS_MAP
 
 
 def check_learner(name: str, value: Any) -> Learner:
-    """Returns a learner, given as such or by its name.
-
-    Any other value raises a BadArgumentError.
-    """
+    """Returns a learner, given as such or by its name. Any other value raises a BadArgumentError."""
     if isinstance(value, Learner):
         return value
     if isinstance(value, type) and issubclass(value, Learner):

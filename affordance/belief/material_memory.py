@@ -41,10 +41,7 @@ _CERTAIN_SD = 1e-3  # standard deviation of a known density, [kg/m^3]
 
 
 class Recollection(NamedTuple):
-    """Belief about a seen object before its lift.
-
-    The memory includes all of the object's colours.
-    """
+    """Belief about a seen object before its lift. The memory includes all of the object's colours."""
 
     memory: "MaterialMemory"
     densities: DensityBelief  # belief about its m densities, one for each colour
@@ -345,9 +342,7 @@ class MaterialMemory:
         return self.learner.group(self.state)
 
     def find_kind(self, appearance: Sequence[PartAppearance]) -> int:
-        """Finds the number of an object's kind among kinds of its first part's colour.
-
-        The oldest kind is 1.
+        """Finds the number of an object's kind among kinds of its first part's colour. The oldest kind is 1.
 
         The number is 0 for an object that was never lifted, and for a learner without kinds.
         """
@@ -367,10 +362,7 @@ class MaterialMemory:
         return replace(self, colours=colours, state={**state, **describe_prior(prior, 1)})
 
     def _meet(self, colour: Colour, probabilities: Array, prior: Prior) -> "tuple[MaterialMemory, int]":
-        """Passes a colour to the learner.
-
-        The probabilities are those of each known colour and of a new one.
-        """
+        """Passes a colour to the learner. The probabilities are those of each known colour and of a new one."""
         state, index = self.learner.meet({**self.state, **describe_prior(prior, 1)}, probabilities)
         if index < len(self.colours):
             return self, index

@@ -107,10 +107,7 @@ def propose(proposal: TiltedProposal, uniforms: Array) -> tuple[Array, Array]:
 
 
 def _solve_saddle_point(a: Array, U: Array, t: Array) -> Array:
-    """Solves the equations of build_proposal from a first guess t.
-
-    Returns the hazards h, shape (M,).
-    """
+    """Solves the equations of build_proposal from a first guess t. Returns the hazards h, shape (M,)."""
     for _ in range(_MAX_STEPS):
         h, e, residual = _compute_residual(a, U, t)
         slopes = -h * e  # dh/dt
@@ -134,10 +131,7 @@ def _compute_residual(a: Array, U: Array, t: Array) -> tuple[Array, Array, Array
 
 
 def _draw(proposal: TiltedProposal, num_points: int, choose: Callable[[int, Array], Array]) -> tuple[Array, Array]:
-    """Chooses coordinates one after the other.
-
-    Returns excesses, shape (N, M), and log weights, shape (N,).
-    """
+    """Chooses coordinates one after the other. Returns excesses, shape (N, M), and log weights, shape (N,)."""
     z, excesses = np.empty((2, num_points, len(proposal.mean)))
     log_weights = np.zeros(num_points)
     for k, (mean, row, tilt) in enumerate(zip(proposal.mean, proposal.root, proposal.tilt, strict=True)):
@@ -149,10 +143,7 @@ def _draw(proposal: TiltedProposal, num_points: int, choose: Callable[[int, Arra
 
 
 def _compute_log_weight(tilt: float, lower: Array) -> Array:
-    """Computes log Phi(t) + (t^2 - l^2) / 2 without cancellation.
-
-    Each sign of t has its own form.
-    """
+    """Computes log Phi(t) + (t^2 - l^2) / 2 without cancellation. Each sign of t has its own form."""
     t = tilt - lower
     below = np.log(0.5 * erfcx(-np.minimum(t, 0.0) / np.sqrt(2.0))) - 0.5 * lower**2
     above = log_ndtr(t) + 0.5 * tilt * (t - lower)

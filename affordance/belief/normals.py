@@ -77,10 +77,7 @@ class Normals:
         )
 
     def compute_log_evidence(self, likelihood: Likelihood, posterior: "Normals") -> Array:
-        """Computes the log evidence of data in closed form, (N,).
-
-        ``posterior`` must be conditioned on the data.
-        """
+        """Computes the log evidence of data in closed form, (N,). ``posterior`` must be conditioned on the data."""
         gained = _multiply(posterior) - _multiply(self)
         log_volume = _compute_log_det(posterior.covariance) - _compute_log_det(self.covariance)
         log_evidence: Array = likelihood.log_constant + 0.5 * gained + 0.5 * log_volume

@@ -67,10 +67,7 @@ class OneDensity(Learner):
 
     @override
     def learn(self, state: State, seen: Seen, felt: Felt, rng: Draws) -> Lesson:
-        """Computes the posterior given all holds.
-
-        The cost grows with the number of different holds.
-        """
+        """Computes the posterior given all holds. The cost grows with the number of different holds."""
         likelihood = felt.find_likelihood(self.expect(state, seen))
         state, posterior = self.infer(self.add(state, seen, felt), seen)
         assert posterior.own is not None

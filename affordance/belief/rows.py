@@ -10,10 +10,7 @@ type State = dict[str, NDArray[Any]]
 
 
 class Seen(NamedTuple):
-    """Seen object with m colours, and its number for each observer.
-
-    The colours are the same for all observers.
-    """
+    """Seen object with m colours, and its number for each observer. The colours are the same for all observers."""
 
     colours: tuple[int, ...]  # indices of its m colours
     things: NDArray[np.intp]  # number of the thing for each observer, from 0, (B,); it may never have been lifted
@@ -25,10 +22,7 @@ def take_rows(state: State, rows: NDArray[np.intp]) -> State:
 
 
 def put_rows(state: State, rows: NDArray[np.intp], part: State) -> State:
-    """Replaces rows of a state.
-
-    If the new rows are longer, arrays are padded with zeros.
-    """
+    """Replaces rows of a state. If the new rows are longer, arrays are padded with zeros."""
     merged = {}
     for name, new in part.items():
         shape = np.maximum(state[name].shape[1:], new.shape[1:])

@@ -45,10 +45,7 @@ class BlowCost:
 
     @property
     def q_start(self) -> Array:
-        """Joint angles at the start, (num_joints,), [rad].
-
-        The array is empty if no swing strikes the nail.
-        """
+        """Joint angles at the start, (num_joints,), [rad]. The array is empty if no swing strikes the nail."""
         return self.swings[0].q_start if self.swings else np.zeros(0)
 
     def compute_speed(self, pi: Array, force: float | None = None) -> Array:
@@ -64,9 +61,7 @@ class BlowCost:
         return self._compute_speed(aim, mass)
 
     def _compute_speed(self, force: Array, mass: Array) -> Array:
-        """Computes the tip speed for a peak force, (S,), [m/s].
-
-        The force is in [N], effective masses, (S,), in [kg].
+        """Computes the tip speed for a peak force, (S,), [m/s]. The force is in [N], effective masses, (S,), in [kg].
 
         Geometry errors are modelled to first order, so a sample can be an impossible body with a negative effective
         mass at the tip. Such a body gets a speed beyond all swings.
@@ -76,10 +71,7 @@ class BlowCost:
         return np.where(possible, speed, _BEYOND * self.speeds[-1])
 
     def pick_swing(self, speed: float) -> Swing | None:
-        """Finds the slowest swing that reaches a speed, [m/s].
-
-        Returns None if all swings are slower.
-        """
+        """Finds the slowest swing that reaches a speed, [m/s]. Returns None if all swings are slower."""
         near = int(np.searchsorted(self.speeds, speed))
         return self.swings[near] if near < len(self.swings) else None
 
@@ -107,9 +99,7 @@ class BlowCost:
         return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]), beyond * cost)
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Computes the largest loads on joints and grip before the strike.
-
-        The impact is excluded; see ``compute``.
+        """Computes the largest loads on joints and grip before the strike. The impact is excluded; see ``compute``.
 
         At speeds above the fastest swing, loads grow with the square of the speed.
         """
@@ -157,10 +147,7 @@ class BlowCost:
         return low
 
     def _interpolate(self, speed: Array, pi: Array, compute: _AtNode) -> tuple[Array, ...]:
-        """Interpolates quantities between the grid's tip speeds.
-
-        Each of S tools has one speed.
-        """
+        """Interpolates quantities between the grid's tip speeds. Each of S tools has one speed."""
         last = len(self.speeds) - 1
         at = np.interp(speed, self.speeds, np.arange(last + 1.0))
         below = np.minimum(at.astype(int), max(0, last - 1))

@@ -48,9 +48,7 @@ class Carry(PathTask):
         return Carrying(self.path.build_trajectory(), q_start=q_start, X_WHstart=X_WH)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, which is the same for all tools.
-
-        Returns its cost as a function of inertia.
+        """Plans the motion, which is the same for all tools. Returns its cost as a function of inertia.
 
         Raises:
             NoPlanError: If the controller finds no plan.
@@ -101,10 +99,7 @@ class Keep:
         check_fields(self)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Builds the cost of the hold.
-
-        An arm that cannot take the posture raises an AffordanceError.
-        """
+        """Builds the cost of the hold. An arm that cannot take the posture raises an AffordanceError."""
         q = model.arm.find_posture(dict(self.posture))
         still = np.zeros((1, len(q)))
         return MotionCost(model, PlannedMotion(self.duration, q[None], still, still), measure=settings.cost_measure)

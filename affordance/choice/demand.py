@@ -46,10 +46,7 @@ class Criterion(enum.Enum):
 
     @property
     def is_peak(self) -> bool:
-        """True for peak loads, which are compared by their 95 % quantile.
-
-        Other costs are compared by their mean.
-        """
+        """True for peak loads, which are compared by their 95 % quantile. Other costs are compared by their mean."""
         return self in (Criterion.MARGIN, Criterion.GRIP)
 
 

@@ -77,10 +77,7 @@ class Hammer:
     start: Start = ()
 
     def list_easier(self) -> "Iterator[tuple[Hammer, str]]":
-        """Lists easier tasks with descriptions.
-
-        Swings are slower, or nails are driven less deep.
-        """
+        """Lists easier tasks with descriptions. Swings are slower, or nails are driven less deep."""
         for pace in _EASIER_PACES:
             if self.duration * pace > _DURATION.high:
                 break
@@ -91,9 +88,7 @@ class Hammer:
             yield replace(self, nail=nail, force=nail.force_demanded), f"to a depth of {1e3 * depth:.3g} mm"
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
-        """Finds the striking point and the nail for a tool's parts.
-
-        The model's state is changed.
+        """Finds the striking point and the nail for a tool's parts. The model's state is changed.
 
         The parts are posed relative to the hand.
 
@@ -109,9 +104,7 @@ class Hammer:
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
-        """Plans swings at increasing tip speeds.
-
-        Returns the cost of the blow for any inertia of the tool.
+        """Plans swings at increasing tip speeds. Returns the cost of the blow for any inertia of the tool.
 
         The highest speed is the speed that a massless tool would need. The swings do not depend on the tool's
         inertia. If no swing is possible, the result contains the reason.
@@ -190,9 +183,7 @@ def keep_strikers(options: Sequence[Option]) -> list[Option]:
 
 
 def load_hammer(path: StrPath) -> Hammer:
-    """Loads a nail file.
-
-    The file contains the nail and, under ``blow``, its position and the swing.
+    """Loads a nail file. The file contains the nail and, under ``blow``, its position and the swing.
 
     Raises:
         BadValueError: The file or one of its values is invalid; the message names file, key and fault.

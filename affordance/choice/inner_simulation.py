@@ -34,10 +34,7 @@ class OptionCost(Protocol):
 
     @property
     def infeasible_reason(self) -> str:
-        """Reason why the option cannot do the task with any inertia.
-
-        The text is empty if the option can do it.
-        """
+        """Reason why the option cannot do the task with any inertia. The text is empty if the option can do it."""
 
     def compute(self, pi: Array) -> Costs:
         """Computes the costs for inertial parameters pi, (S, 10)."""
@@ -78,10 +75,7 @@ def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settin
 
 
 class Choice:
-    """Choice between options for one task.
-
-    Motions are planned once for all beliefs.
-    """
+    """Choice between options for one task. Motions are planned once for all beliefs."""
 
     def __init__(self, options: Sequence[Option], cost_models: Sequence[OptionCost], settings: Settings) -> None:
         """Stores options, and the task's cost model for each.
@@ -148,10 +142,7 @@ class Choice:
         return self.grip({object_name: rho @ geometry.Phi.T for object_name, geometry in geometries.items()})
 
     def compute_costs(self, pi: Array) -> Costs:
-        """Computes the costs of all options, (options, S) each.
-
-        Parameters pi are (options, S, 10).
-        """
+        """Computes the costs of all options, (options, S) each. Parameters pi are (options, S, 10)."""
         costs = [cost_model.compute(parameters) for cost_model, parameters in zip(self.cost_models, pi, strict=True)]
         return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
 

@@ -43,10 +43,7 @@ def list_drawn_options(tools: Sequence[Tool]) -> list[Option]:
 
 
 def seed_observation(tool: Tool, seed: Seed) -> list[int]:
-    """Returns the seed for observing a candidate tool.
-
-    Seeds differ between tools.
-    """
+    """Returns the seed for observing a candidate tool. Seeds differ between tools."""
     return [*check_seed(seed), Stream.OBSERVATION, *tool.name.encode()]
 
 

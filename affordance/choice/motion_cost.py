@@ -65,10 +65,7 @@ class Costs(NamedTuple):
 
 
 class Load(NamedTuple):
-    """Costs of a motion and its largest relative torque for S inertias, (S,) each.
-
-    Units are as in `Costs`.
-    """
+    """Costs of a motion and its largest relative torque for S inertias, (S,) each. Units are as in `Costs`."""
 
     work: Array
     effort: Array
@@ -77,9 +74,7 @@ class Load(NamedTuple):
 
 
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
-    """Plans a motion by simulating the controller on a double integrator.
-
-    The motion starts at rest.
+    """Plans a motion by simulating the controller on a double integrator. The motion starts at rest.
 
     Torque limits are ignored.
 

@@ -37,10 +37,7 @@ class Option:
     alike: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Stores a read-only copy of the pose.
-
-        A pose that is not a rigid transform raises a BadArgumentError.
-        """
+        """Stores a read-only copy of the pose. A pose that is not a rigid transform raises a BadArgumentError."""
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
     def __repr__(self) -> str:
@@ -74,9 +71,7 @@ def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Opti
 
 
 def merge_alike(options: Sequence[Option]) -> list[Option]:
-    """Merges equivalent grips of an object into its first option.
-
-    Grips are equivalent by symmetry.
+    """Merges equivalent grips of an object into its first option. Grips are equivalent by symmetry.
 
     The object then has the same parts and striking faces in the hand, so that they cost the same in any task.
     """

@@ -18,10 +18,7 @@ MIN_FEASIBILITY = 0.95
 
 
 def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
-    """Picks the cheapest feasible option for each sample, (S,), or NO_OPTION.
-
-    Ties are broken at random.
-    """
+    """Picks the cheapest feasible option for each sample, (S,), or NO_OPTION. Ties are broken at random."""
     cost = np.where(costs.feasible, costs.cost, np.inf)
     least = cost.min(axis=0)
     equal = costs.feasible & (cost <= least * (1.0 + TIE))
@@ -31,9 +28,7 @@ def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
 
 
 def find_chosen(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
-    """Finds the option that a ranking puts first.
-
-    Costs and feasibility are those of k options for S samples, (k, S).
+    """Finds the option that a ranking puts first. Costs and feasibility are those of k options for S samples, (k, S).
 
     This is the usable option of least cost by the criterion, and the first of equals. The result is NO_OPTION if none
     is usable.

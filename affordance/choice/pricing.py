@@ -44,18 +44,12 @@ class GripBounds:
 
     @property
     def lever(self) -> float:
-        """Lever that converts a moment to a force, [m].
-
-        The lever is the ratio of the bounds if both are given.
-        """
+        """Lever that converts a moment to a force, [m]. The lever is the ratio of the bounds if both are given."""
         both = np.isfinite(self.force) and np.isfinite(self.moment)
         return self.moment / self.force if both else GRIP_LEVER
 
     def admit(self, force: Array, moment: Array) -> NDArray[np.bool_]:
-        """Returns True where force, [N], and moment, [N m], are within the bounds.
-
-        All arrays have the same shape.
-        """
+        """Returns True where force, [N], and moment, [N m], are within the bounds. All arrays have the same shape."""
         return (force <= self.force) & (moment <= self.moment)
 
 
@@ -68,10 +62,7 @@ class Amount(NamedTuple):
 
     @classmethod
     def of(cls, samples: Array) -> "Amount":
-        """Summarises samples, (S,).
-
-        The amount is infinite if any sample is not finite.
-        """
+        """Summarises samples, (S,). The amount is infinite if any sample is not finite."""
         if not np.isfinite(samples).all():
             return cls(np.inf, np.inf, np.inf)
         low, high = np.quantile(samples, _LEVELS)
@@ -82,10 +73,7 @@ _UNKNOWN = Amount(np.nan, np.nan, np.nan)
 
 
 class Amounts(NamedTuple):
-    """Costs and largest loads of an option.
-
-    Loads are NaN if they were not computed.
-    """
+    """Costs and largest loads of an option. Loads are NaN if they were not computed."""
 
     work: Amount  # absolute work of the joints, [J]
     effort: Amount  # integral of |tau|^2 dt, [N^2 m^2 s]
@@ -151,9 +139,7 @@ def price_options(
 
 
 def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
-    """Plans a task with every option, once per process.
-
-    Options that cannot be planned have infinite cost.
+    """Plans a task with every option, once per process. Options that cannot be planned have infinite cost.
 
     Raises:
         AffordanceError: If there is no option, or two have the same name.

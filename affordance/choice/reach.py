@@ -41,10 +41,7 @@ class PathTask:
                 yield replace(self, path=path), words
 
     def _plan(self, model: ArmModel, following: Task, settings: Settings) -> PlannedMotion:
-        """Plans the motion.
-
-        If that fails, the NoPlanError names the nearest point of the path.
-        """
+        """Plans the motion. If that fails, the NoPlanError names the nearest point of the path."""
         try:
             return plan_motion(model, following, duration=self.duration, settings=settings)
         except NoPlanError as found:

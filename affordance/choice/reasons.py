@@ -28,10 +28,7 @@ class Share(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """Density of one material beyond which another option would be chosen.
-
-    All other beliefs stay unchanged.
-    """
+    """Density of one material beyond which another option would be chosen. All other beliefs stay unchanged."""
 
     colour: Colour  # colour that identifies the material
     density: float  # density at which the choice changes, [kg/m^3]
@@ -102,10 +99,7 @@ def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tupl
 def _find_turns(
     colour: Colour, density: Array, costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool
 ) -> list[Turn]:
-    """Finds densities beyond which another option would be chosen.
-
-    The search starts from both extremes.
-    """
+    """Finds densities beyond which another option would be chosen. The search starts from both extremes."""
     num_bins = int(np.clip(len(density) // _PER_BIN, _FEWEST, _MOST))
     bins = np.array_split(np.argsort(density), num_bins)
     chosen = [_choose(costs[:, each], feasible[:, each], best, is_peak) for each in bins]

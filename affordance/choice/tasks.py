@@ -62,10 +62,7 @@ def load_task_file(path: StrPath, arm: Arm | None = None) -> TaskCostModel:
 
 
 def _load(path: Path, default: str | None, arm: Arm | None) -> TaskCostModel:
-    """Loads a task from a file and checks its start posture.
-
-    ``default`` is the kind if the file has none.
-    """
+    """Loads a task from a file and checks its start posture. ``default`` is the kind if the file has none."""
     task = _build(path, default)
     if arm is not None:
         match task:

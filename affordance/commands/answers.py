@@ -37,10 +37,7 @@ def give_answer(
     content: Mapping[str, Any],
     draw: "Callable[[], Figure] | None" = None,
 ) -> None:
-    """Prints an answer, and writes it to the folder of ``--out``.
-
-    Files are text, JSON and perhaps a figure.
-    """
+    """Prints an answer, and writes it to the folder of ``--out``. Files are text, JSON and perhaps a figure."""
     text = show_text(text, PROSE)
     if arguments.out is not None:
         write_text(arguments.out / f"{name}.txt", text + "\n")

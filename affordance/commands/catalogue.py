@@ -200,10 +200,7 @@ class Command(Protocol):
 
 
 class _LazyCommand:
-    """Command whose module is imported when it runs.
-
-    Its arguments are declared in a module that imports fast.
-    """
+    """Command whose module is imported when it runs. Its arguments are declared in a module that imports fast."""
 
     def __init__(self, name: str) -> None:
         folder, self._word = COMMANDS[name].folder, name.replace("-", "_")
@@ -225,10 +222,7 @@ def load_command(name: str) -> Command:
 
 
 def find_experiment(name: str) -> "Experiment":
-    """Imports an experiment by name.
-
-    An unknown name raises a BadArgumentError.
-    """
+    """Imports an experiment by name. An unknown name raises a BadArgumentError."""
     if name not in _EXPERIMENTS:
         raise BadArgumentError("experiment", "", describe_choice(name, EXPERIMENTS))
     return cast("Experiment", _load(*_EXPERIMENTS[name]))

@@ -28,10 +28,7 @@ EXTRAS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints one line per part, and returns the exit status.
-
-    The status is 0 if all required parts work, else 2.
-    """
+    """Prints one line per part, and returns the exit status. The status is 0 if all required parts work, else 2."""
     if arguments.install:
         provide_libraries(arguments.tests)
     missing = find_missing(arguments.tests)

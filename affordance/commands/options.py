@@ -27,9 +27,7 @@ BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
 
 def open_robot(arguments: argparse.Namespace) -> "Robot":
-    """Opens the robot of ``--robot``, which is a model folder or a robot's file.
-
-    A file is imported once and cached.
+    """Opens the robot of ``--robot``, which is a model folder or a robot's file. A file is imported once and cached.
 
     Raises:
         BadValueError: The path is neither a folder nor a file, the folder contains no arm, the file is invalid, or
@@ -103,28 +101,19 @@ def check_bounds(arguments: argparse.Namespace) -> None:
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:
-    """Applies the changes of ``read_changes``.
-
-    An unknown setting, or a wrong value, raises a BadValueError.
-    """
+    """Applies the changes of ``read_changes``. An unknown setting, or a wrong value, raises a BadValueError."""
     return change_settings(settings, read_changes(arguments))
 
 
 def read_prior(arguments: argparse.Namespace, what: str) -> Prior:
-    """Returns the prior with the changes of ``--set``.
-
-    A change of any other setting raises a BadValueError.
-    """
+    """Returns the prior with the changes of ``--set``. A change of any other setting raises a BadValueError."""
     groups = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
     refuse_changes(arguments, [name for name in groups if name != "prior"], f"{what} uses only the prior's settings")
     return change_by_name(arguments).prior
 
 
 def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Rejects changes of named settings or groups in ``--set``.
-
-    The BadValueError gives the reason ``why``.
-    """
+    """Rejects changes of named settings or groups in ``--set``. The BadValueError gives the reason ``why``."""
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):
             raise BadValueError("--set", name, f"has no effect here: {why}")
@@ -136,10 +125,7 @@ def is_object_file(path: Path) -> bool:
 
 
 def read_tools(path: Path, materials: Mapping[str, Material]) -> tuple[tuple[Tool, ...], tuple[str, ...]]:
-    """Loads the tools of a tools file, or of an object's URDF.
-
-    Returns them with remarks about the file.
-    """
+    """Loads the tools of a tools file, or of an object's URDF. Returns them with remarks about the file."""
     if is_object_file(path):
         from affordance.extensions.robots.object_file import read_object  # imported here, as few files need it
 

@@ -23,9 +23,7 @@ def find_group(parser: argparse.ArgumentParser, title: str) -> argparse._Argumen
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """Argument parser with one-line errors and without usage text.
-
-    Options must be written in full.
+    """Argument parser with one-line errors and without usage text. Options must be written in full.
 
     Attributes:
         hint: Advice that is shown if there is one argument too many; may be empty.
@@ -34,10 +32,7 @@ class OneLineParser(argparse.ArgumentParser):
     def __init__(
         self, *, prog: str, description: str | None = None, example: str = "", add_help: bool = True
     ) -> None:
-        """Creates a parser with only ``--help``.
-
-        The example is the last line of the help.
-        """
+        """Creates a parser with only ``--help``. The example is the last line of the help."""
         epilog = f"example: {example}" if example else None
         super().__init__(prog=prog, description=description, epilog=epilog, add_help=add_help, allow_abbrev=False)
         self._positionals.title, self._optionals.title = "what", "how"
@@ -45,10 +40,7 @@ class OneLineParser(argparse.ArgumentParser):
 
     @override
     def format_help(self) -> str:
-        """Formats the help.
-
-        Its usage line shows only positional and required arguments.
-        """
+        """Formats the help. Its usage line shows only positional and required arguments."""
         formatter = self._get_formatter()
         shown = [action for action in self._actions if action.required or not action.option_strings]
         formatter.add_usage(None, shown, [], prefix="")
@@ -65,19 +57,13 @@ class OneLineParser(argparse.ArgumentParser):
         self.exit(2, f"{format_error(self.prog, message.removeprefix('argument '), sys.stderr)}\n")
 
     def _describe_missing(self, shown: str) -> str:
-        """Describes a missing argument with its help text and the example.
-
-        ``shown`` is argparse's name for it.
-        """
+        """Describes a missing argument with its help text and the example. ``shown`` is argparse's name for it."""
         meant = (each for each in self._actions if shown in (each.metavar, each.dest, "/".join(each.option_strings)))
         notes = "".join(f" ({each.help})" for each in meant if each.help)
         return "; ".join([f"{shown}: is missing{notes}", *([self.epilog] if self.epilog else [])])
 
     def parse(self, words: Sequence[str]) -> argparse.Namespace:
-        """Parses arguments.
-
-        The error about an unknown argument suggests the nearest known one.
-        """
+        """Parses arguments. The error about an unknown argument suggests the nearest known one."""
         found, unknown = self.parse_known_args(words)
         if unknown:
             self.error(self._describe_unknown(*unknown[:2]))
@@ -115,10 +101,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def _find_whole(word: str) -> str:
-    """Suggests the nearest whole number.
-
-    The text is empty if the word is not a number.
-    """
+    """Suggests the nearest whole number. The text is empty if the word is not a number."""
     try:
         return f"; the nearest is {round(float(word))}"
     except (ValueError, OverflowError):

@@ -26,10 +26,7 @@ LEFT_OUT = 3
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the experiments and returns the exit status.
-
-    The status is LEFT_OUT if some were left out.
-    """
+    """Runs the experiments and returns the exit status. The status is LEFT_OUT if some were left out."""
     if arguments.experiment == "all":
         return _run({name: find_experiment(name) for name in OF_THE_PAPER}, arguments)
     check_experiment(arguments, ("all", *EXPERIMENTS), or_file=True)
@@ -92,10 +89,7 @@ def change_by_extensions(setup: Setup, arguments: argparse.Namespace, robot: Rob
 
 
 def describe_plan(names: Sequence[str], setup: Setup) -> str:
-    """Describes the plan of a run with its duration.
-
-    The estimate uses earlier runs in the same folder.
-    """
+    """Describes the plan of a run with its duration. The estimate uses earlier runs in the same folder."""
     seconds, unknown = 0.0, []
     for name in names:
         try:

@@ -54,10 +54,7 @@ def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
 
 
 def check_own_name(path: Path) -> str:
-    """Returns a file's name without suffix, which names its results.
-
-    An unusable name raises a BadValueError.
-    """
+    """Returns a file's name without suffix, which names its results. An unusable name raises a BadValueError."""
     try:
         run_check("", FileName().check, path.stem)
     except BadArgumentError as error:

@@ -57,10 +57,7 @@ def format_error(program: str, problem: str, stream: TextIO) -> str:
 
 
 class ElapsedTime:
-    """Line on a terminal with a command's elapsed seconds, until ``end`` is called.
-
-    The line is on standard error.
-    """
+    """Line on a terminal with a command's elapsed seconds, until ``end`` is called. The line is on standard error."""
 
     def __init__(self, name: str) -> None:
         """Starts the clock."""
@@ -115,10 +112,7 @@ class ShownOutput:
 
 
 class QuietErrors:
-    """Standard error that claims not to be a terminal.
-
-    No progress is then shown; messages pass unchanged.
-    """
+    """Standard error that claims not to be a terminal. No progress is then shown; messages pass unchanged."""
 
     def __init__(self, stream: TextIO) -> None:
         """Wraps a stream."""

@@ -41,9 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def convert(text: str) -> tuple[str, str]:
-    """Converts a Markdown tutorial to a notebook.
-
-    Without jupytext it stays unchanged.
+    """Converts a Markdown tutorial to a notebook. Without jupytext it stays unchanged.
 
     Returns: Text and suffix of the file.
     """

@@ -72,9 +72,7 @@ class AccelerationProgram:
             self._options.SetOption(ClarabelSolver.id(), name, _RESCUE_TOLERANCE)
 
     def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, guess: Array) -> Array | None:
-        """Solves for the accelerations, shape (num_steps, num_joints), [rad/s^2].
-
-        Returns None if the solver fails.
+        """Solves for the accelerations, shape (num_steps, num_joints), [rad/s^2]. Returns None if the solver fails.
 
         Args:
             x: Present angles and rates, (2 num_joints,), [rad, rad/s].
@@ -100,10 +98,7 @@ class AccelerationProgram:
         return None if vdot is None else vdot.reshape(guess.shape)
 
     def _solve_within(self, lower: Array, upper: Array, guess: Array) -> Array | None:
-        """Solves within bounds on angles and rates, (2 N n,) each.
-
-        Violated limits are added.
-        """
+        """Solves within bounds on angles and rates, (2 N n,) each. Violated limits are added."""
         entered = np.zeros(len(lower), dtype=bool)
         vdot: Array = guess
         while True:
@@ -120,9 +115,7 @@ class AccelerationProgram:
             vdot = result.GetSolution(self._vdot)
 
     def _find_least_violation(self, lower: Array, upper: Array) -> Array | None:
-        """Computes the least violation of angle and rate limits, (2 N n,).
-
-        Rounding errors are added.
+        """Computes the least violation of angle and rate limits, (2 N n,). Rounding errors are added.
 
         Returns None if the solver failed.
         """
@@ -135,10 +128,7 @@ class AccelerationProgram:
         return np.repeat(violation, len(lower) // 2)
 
     def _compute_margins(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Computes distances of a coasting arm from its limits, (2 N n,) each.
-
-        Lower limits are first.
-        """
+        """Computes distances of a coasting arm from its limits, (2 N n,) each. Lower limits are first."""
         num_steps = len(self._times)
         coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
         upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)

@@ -124,10 +124,7 @@ class MinimumAccelerationMpc:
         return self._run_program(x, goal, model, guess=self.solve_free(x, goal)[: self.settings.num_steps])
 
     def _solve_by_program(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans with the quadratic program only.
-
-        Limits that a coasting arm would violate are added first.
-        """
+        """Plans with the quadratic program only. Limits that a coasting arm would violate are added first."""
         n = len(x) // 2
         solution = self._run_program(x, goal, model, guess=np.zeros((self.settings.num_steps, n)))
         if solution.status is MpcStatus.FAILED:

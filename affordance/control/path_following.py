@@ -20,9 +20,7 @@ _DAMPING = 0.01
 
 
 class PathFollowing(Task):
-    """Task of following a path with a point F of a given tool.
-
-    After its end, the path stays at its last point.
+    """Task of following a path with a point F of a given tool. After its end, the path stays at its last point.
 
     The goal is F's position on the path at the end of the horizon, and the smallest joint rates that give F the
     path's velocity there: null-space motion is free but must not drift. The position is linearised at the posture to
@@ -90,10 +88,7 @@ class Carrying(PathFollowing):
         self._R_WHstart = X_WHstart[:3, :3]
 
     def _compare(self, model: ArmModel, p_WFend: Array, v_WFend: Array) -> tuple[Array, Array, Array]:
-        """Computes the hand's Jacobian, (6, num_joints), displacement and velocity, (6,).
-
-        Rotations are first.
-        """
+        """Computes the hand's Jacobian, (6, num_joints), displacement and velocity, (6,). Rotations are first."""
         X_WH = model.compute_hand_pose()
         turn_W = AngleAxis(rotation=self._R_WHstart @ X_WH.rotation().matrix().T)
         miss = np.concatenate([turn_W.angle() * turn_W.axis(), p_WFend - X_WH.translation()])

@@ -50,10 +50,7 @@ class Strike(Task):
         return self._strike - _MARGIN, self._turn + _MARGIN
 
     def compute_duration(self, horizon: float) -> float:
-        """Computes the time until the arm is at rest again, [s].
-
-        The controller has the given horizon.
-        """
+        """Computes the time until the arm is at rest again, [s]. The controller has the given horizon."""
         return self._turn + self.swing.duration + 2.0 * horizon
 
     def choose_horizon(self, time: float, longest: float) -> float:

@@ -91,10 +91,7 @@ class StrikeCondition:
     """
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
-        """Stores arm model, target and tip speed, [m/s].
-
-        Every use changes the state of the model.
-        """
+        """Stores arm model, target and tip speed, [m/s]. Every use changes the state of the model."""
         self._model = model
         self._target = target
         self._velocity_W = speed * target.direction_W
@@ -156,9 +153,7 @@ class StrikeCondition:
 def find_target(
     model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
 ) -> Target:
-    """Finds the striking point of a tool and its target.
-
-    The model is left at rest in the start posture.
+    """Finds the striking point of a tool and its target. The model is left at rest in the start posture.
 
     The striking point is the centre of the striking face furthest ahead in the hand's frame. A tool without a
     striking face strikes with the point of its free part that is furthest along the blow in the start posture.

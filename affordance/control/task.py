@@ -27,18 +27,14 @@ class Task(Protocol):
     q_start: Array  # joint angles at the start, at rest, shape (num_joints,), [rad]
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses the horizon, [s], as a whole number of control periods.
-
-        Zero continues the previous plan.
+        """Chooses the horizon, [s], as a whole number of control periods. Zero continues the previous plan.
 
         By default it is the longest horizon.
         """
         return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal at the end of the horizon, [s].
-
-        The state x is (2 num_joints,), [rad, rad/s].
+        """Computes the goal at the end of the horizon, [s]. The state x is (2 num_joints,), [rad, rad/s].
 
         The model's state may be changed. Matrices that do not change should be the same arrays in every call, so that
         their factors can be cached.

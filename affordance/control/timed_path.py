@@ -50,10 +50,7 @@ class TimedPath:
         check_fields(self)
 
     def describe_error(self, error: float) -> str:
-        """Describes the error of a motion that leaves the path, [m].
-
-        The text is empty within the tolerance.
-        """
+        """Describes the error of a motion that leaves the path, [m]. The text is empty within the tolerance."""
         if error <= self.tolerance:
             return ""
         return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"
@@ -91,9 +88,7 @@ class TimedPath:
                     yield replace(self, points=rows, duration=self.duration * pace), ", ".join(words)
 
     def build_trajectory(self) -> Trajectory:
-        """Builds the trajectory relative to the start, (3, 1), [m].
-
-        The arm is at rest before and after.
+        """Builds the trajectory relative to the start, (3, 1), [m]. The arm is at rest before and after.
 
         The curve is a cubic spline over the chord length, or a line if there is only one point. The timing is
         s(t) = 10 u^3 - 15 u^4 + 6 u^5 with u = t / duration (Flash & Hogan 1985, eq. 3).

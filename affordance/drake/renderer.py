@@ -13,10 +13,7 @@ _NEEDED = 1_000_000_000
 
 
 def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
-    """Creates the renderer.
-
-    A missing system library, or too little memory, raises an UnavailableError.
-    """
+    """Creates the renderer. A missing system library, or too little memory, raises an UnavailableError."""
     room = _find_room()
     if room < _NEEDED:
         problem = f"{room / 1e9:.2f} GB of address space are left, must be at least {_NEEDED / 1e9:g} GB"

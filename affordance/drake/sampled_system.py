@@ -85,10 +85,7 @@ class SampledSystem(LeafSystem):
         return cast(Source[Array], self.DeclareVectorInputPort(name, size))
 
     def declare_object_input(self, name: str) -> Source[Any]:
-        """Declares an input port for objects.
-
-        Annotate the variable that holds the port with their type.
-        """
+        """Declares an input port for objects. Annotate the variable that holds the port with their type."""
         return cast(Source[Any], self.DeclareAbstractInputPort(name, Value[object]()))
 
     def declare_object_output(
@@ -111,10 +108,7 @@ class SampledSystem(LeafSystem):
         return Cached(self, self.DeclareCacheEntry(name, producer, prerequisites).cache_index())
 
     def declare_object_parameter(self, initial: object = None) -> ObjectParameter[Any]:
-        """Declares an object parameter of the Context.
-
-        Without an initial value, it must be set before use.
-        """
+        """Declares an object parameter of the Context. Without an initial value, it must be set before use."""
         index = self.DeclareAbstractParameter(Value[object]() if initial is None else AbstractValue.Make(initial))
         return ObjectParameter(index, self.abstract_parameter_ticket(AbstractParameterIndex(index)))
 
@@ -124,9 +118,7 @@ class SampledSystem(LeafSystem):
 
 
 class ObjectSource[T](SampledSystem):
-    """Source of a Python object, which is a parameter of the Context.
-
-    The object must be set before use.
+    """Source of a Python object, which is a parameter of the Context. The object must be set before use.
 
     Output ports: the object, named by the constructor's argument.
     """
@@ -147,10 +139,7 @@ class ObjectSource[T](SampledSystem):
 
 
 def _make_setter(calc: Callable[[Context], object]) -> Callable[[object, object], None]:
-    """Wraps a method in the form that Drake calls.
-
-    The reference is weak so that its owner can be freed.
-    """
+    """Wraps a method in the form that Drake calls. The reference is weak so that its owner can be freed."""
     method: Any = weakref.WeakMethod(calc)
 
     def set_value(context: Any, output: Any) -> None:

@@ -41,10 +41,7 @@ TEST_LIBRARIES = (SystemLibrary("libgomp.so.1", "libgomp1", "Pinocchio, for test
 
 @contextmanager
 def hide_font_warnings() -> Iterator[None]:
-    """Suppresses fontconfig's warnings about system files on the terminal.
-
-    Other output is kept.
-    """
+    """Suppresses fontconfig's warnings about system files on the terminal. Other output is kept."""
     sys.stderr.flush()
     terminal = os.dup(_STDERR)
     with tempfile.TemporaryFile() as caught:
@@ -72,9 +69,7 @@ def write_command(missing: list[SystemLibrary]) -> str:
 
 
 def provide_libraries(for_tests: bool = False) -> None:
-    """Installs missing libraries with apt-get if run as root.
-
-    Otherwise prints the command for it.
+    """Installs missing libraries with apt-get if run as root. Otherwise prints the command for it.
 
     If a required library is still missing then, an AffordanceError is raised.
     """

@@ -67,10 +67,7 @@ PREDICTED = {"height_extreme_m": "largest excursion of each object's geometric c
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment.
-
-    Unsuitable objects raise a BadValueError.
-    """
+    """Runs the experiment. Unsuitable objects raise a BadValueError."""
     tools = read(setup)
     experience = gain_experience(setup, tools[:2])
     data = run_observers("com", setup, observe, tools, experience, follows_from=(tools, gain_experience))
@@ -182,9 +179,7 @@ def read(setup: Setup) -> Sequence[Tool]:
 def hold(
     setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int
 ) -> tuple[MaterialMemory, list[TrialRecord]]:
-    """Simulates holds of all three objects by an observer who knows the first two.
-
-    The observer learns nothing more.
+    """Simulates holds of all three objects by an observer who knows the first two. The observer learns nothing more.
 
     Returns: Memory after the experience, and the record of each trial.
     """
@@ -201,10 +196,7 @@ def hold(
 
 
 def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int) -> xr.Dataset:
-    """Simulates one observer.
-
-    Returns heights of three points over time, and the parameters predicted from sight.
-    """
+    """Simulates one observer. Returns heights of three points over time, and the parameters predicted from sight."""
     settings = setup.settings
     memory, records = hold(setup, tools, experience, observer)
     predicted = []

@@ -64,10 +64,7 @@ RATIO, SHARE = Unit(digits=3), Unit("%", scale=100.0, digits=1)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment.
-
-    Unsuitable objects, or an unsuitable nail, raise a BadValueError.
-    """
+    """Runs the experiment. Unsuitable objects, or an unsuitable nail, raise a BadValueError."""
     held, tools, task = read(setup)
     choices, costs, blows = plan_blows(setup, tools, task, setup.models / NAIL)
     for tool in tools:
@@ -220,9 +217,7 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
 
 
 def measure(blows: Mapping[str, Blow]) -> dict[str, Any]:
-    """Computes cost and outcome of simulated blows with a tool, by grip.
-
-    The tool's densities are known.
+    """Computes cost and outcome of simulated blows with a tool, by grip. The tool's densities are known.
 
     Energies are absolute work of the joints, [J]; effort is the integral of torque squared, [N^2 m^2 s]. The measured
     force is the peak resistance of the nail; the contact peak is the force between tool and nail.
@@ -262,9 +257,7 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
 def find_share_of_light_ends(
     tool: Tool, costs: Mapping[str, BlowCost], held: Sequence[Tool], seed: int, exact: Settings
 ) -> float | None:
-    """Computes how often choices under the prior grip the less dense end.
-
-    Returns None if no choice is possible.
+    """Computes how often choices under the prior grip the less dense end. Returns None if no choice is possible.
 
     The result shows how far the chance level is from one half. It describes the task, not an observer, so the
     settings have no errors.

@@ -67,10 +67,7 @@ RATIO, SHARE = Unit(digits=3), Unit("%", 100.0, 1)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment.
-
-    Unsuitable objects, or an unsuitable path, raise a BadValueError.
-    """
+    """Runs the experiment. Unsuitable objects, or an unsuitable path, raise a BadValueError."""
     held, tools, task = read(setup)
     choices, motions = plan(setup, tools, task)
     work = partial(compute_work, task, remove_errors(setup.settings))
@@ -152,9 +149,7 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
 
 
 def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Choice], dict[str, dict[str, Rollout]]]:
-    """Plans the reach with each grip of the observed tools, and simulates it.
-
-    The simulations use the true densities.
+    """Plans the reach with each grip of the observed tools, and simulates it. The simulations use the true densities.
 
     Returns: Choices by tool; simulated motions by tool and grip.
 
@@ -183,30 +178,21 @@ def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Ch
 
 
 def _simulate(task: Reach, settings: Settings, tool: Tool) -> dict[str, Rollout]:
-    """Simulates the reach with each grip of a tool.
-
-    The controller knows the true densities.
-    """
+    """Simulates the reach with each grip of a tool. The controller knows the true densities."""
     return {
         grip: roll_out(each, task, list_densities([tool]), settings) for grip, each in tool.list_gripped().items()
     }
 
 
 def compute_work(task: Reach, settings: Settings, held: Tool) -> float:
-    """Computes the absolute work of a planned reach with a gripped tool, [J].
-
-    The tool's densities are known.
-    """
+    """Computes the absolute work of a planned reach with a gripped tool, [J]. The tool's densities are known."""
     cost = _plan_end(task, settings, tuple(find_free_end(held.components).tolist()))
     return float(cost.compute(held.parameters[None]).work[0])
 
 
 @lru_cache(maxsize=4)
 def _plan_end(task: Reach, settings: Settings, p_TF: tuple[float, ...]) -> MotionCost:
-    """Plans the motion of a free end at ``p_TF``, [m].
-
-    The plan is the same for all tools with this free end.
-    """
+    """Plans the motion of a free end at ``p_TF``, [m]. The plan is the same for all tools with this free end."""
     return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)
 
 

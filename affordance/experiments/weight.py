@@ -55,10 +55,7 @@ PREDICTED = {"drop_m": "drop of each rod's centre, m", "decoy_lift_m": "rise of 
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment.
-
-    Unsuitable objects raise a BadValueError.
-    """
+    """Runs the experiment. Unsuitable objects raise a BadValueError."""
     tools = read(setup)
     data = run_observers("weight", setup, observe, tools)
     found = measure(data)
@@ -125,10 +122,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 
 
 def read(setup: Setup) -> Sequence[Tool]:
-    """Reads the rods and the decoy, and checks that they fit the experiment.
-
-    The decoy is last.
-    """
+    """Reads the rods and the decoy, and checks that they fit the experiment. The decoy is last."""
     file = setup.models / OBJECTS
     tools = read_tools(setup.models, OBJECTS)
     if len(tools) < 3:
@@ -179,10 +173,7 @@ def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[Mater
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Simulates one observer.
-
-    Returns heights over time, and the believed densities before and after each trial.
-    """
+    """Simulates one observer. Returns heights over time, and the believed densities before and after each trial."""
     memories, records = hold(setup, tools, observer)
     beliefs = [memory.belief for memory in memories]
     # Index 0: the density of the one colour that all objects have.
@@ -213,18 +204,12 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
 
 
 def select_rods(data: xr.Dataset) -> xr.Dataset:
-    """Selects the trials with rods.
-
-    The decoy, which is last, and the belief after it are left out.
-    """
+    """Selects the trials with rods. The decoy, which is last, and the belief after it are left out."""
     return data.isel(trial=slice(-1), moment=slice(-1))
 
 
 def measure(data: xr.Dataset) -> dict[str, Measure]:
-    """Computes each observer's numbers, and how they are summarised.
-
-    The decoy comes last.
-    """
+    """Computes each observer's numbers, and how they are summarised. The decoy comes last."""
     rods, decoy = select_rods(data), data.isel(trial=-1)
     low, middle, high = (rods.density.isel(quantile=k) for k in range(len(QUARTILES)))
     drop = np.maximum(0.0, -rods.height.min("time"))  # of the geometric centre; 0 if it only rises

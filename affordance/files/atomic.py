@@ -17,9 +17,7 @@ _TEMPORARY = ".writing."
 
 
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Calls ``write`` with a temporary file, which then replaces the target atomically.
-
-    Both have the same suffix.
+    """Calls ``write`` with a temporary file, which then replaces the target atomically. Both have the same suffix.
 
     Missing folders are created. An OSError names the target, not the temporary file.
     """
@@ -48,10 +46,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def to_plain(value: Any) -> Any:
-    """Converts configurations and arrays to JSON types.
-
-    Dataclass fields marked ``reports`` are omitted.
-    """
+    """Converts configurations and arrays to JSON types. Dataclass fields marked ``reports`` are omitted."""
     if is_dataclass(value) and not isinstance(value, type):
         kept = (each.name for each in fields(value) if not each.metadata.get("reports"))
         return {name: to_plain(getattr(value, name)) for name in kept}
@@ -75,19 +70,13 @@ def to_plain(value: Any) -> Any:
 
 
 def remove_leftovers(folder: Path) -> None:
-    """Removes temporary files of a killed run.
-
-    No other run may be writing to the folder.
-    """
+    """Removes temporary files of a killed run. No other run may be writing to the folder."""
     for path in folder.rglob(f"{_TEMPORARY}*"):
         path.unlink(missing_ok=True)
 
 
 def quarantine(path: Path, problem: str) -> None:
-    """Renames a corrupt or foreign file or folder, and logs a warning.
-
-    An earlier renamed one is replaced.
-    """
+    """Renames a corrupt or foreign file or folder, and logs a warning. An earlier renamed one is replaced."""
     aside = path.with_suffix(".broken")
     if aside.is_dir():
         shutil.rmtree(aside)

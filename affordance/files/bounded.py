@@ -36,10 +36,7 @@ _ALIKE = 0.8
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Reads a regular file of at most ``most`` bytes.
-
-    Any other file raises a BadValueError.
-    """
+    """Reads a regular file of at most ``most`` bytes. Any other file raises a BadValueError."""
     try:
         check_size(path, most)
         with path.open("rb") as file:
@@ -53,10 +50,7 @@ def read_bytes(path: Path, most: int) -> bytes:
 
 
 def suggest_file(path: Path) -> str:
-    """Suggests the file in the same folder with the closest name.
-
-    The text is empty if no name is close.
-    """
+    """Suggests the file in the same folder with the closest name. The text is empty if no name is close."""
     try:
         files = (each for each in path.parent.iterdir() if _is_alike(path.stem, each.stem))
         return suggest(path.name, [each.name for each in files])
@@ -73,10 +67,7 @@ def _is_alike(one: str, other: str) -> bool:
 
 
 def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
-    """Reads a text file of at most ``most`` bytes, with newlines as line ends.
-
-    Faults raise a BadValueError.
-    """
+    """Reads a text file of at most ``most`` bytes, with newlines as line ends. Faults raise a BadValueError."""
     try:
         text = read_bytes(path, most).decode(encoding)
     except UnicodeDecodeError as error:
@@ -85,10 +76,7 @@ def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
 
 
 def read_json(path: Path) -> Any:
-    """Reads a JSON file.
-
-    An unreadable file, an oversized file, or invalid JSON raises a BadValueError.
-    """
+    """Reads a JSON file. An unreadable file, an oversized file, or invalid JSON raises a BadValueError."""
     try:
         return json.loads(read_text(path, RESULTS))
     except (ValueError, RecursionError) as error:
@@ -124,19 +112,13 @@ def read_yaml(path: Path) -> Any:
 
 
 def parse_yaml(text: str, source: Path | str) -> Any:
-    """Parses YAML text, such as a command's argument.
-
-    Errors are as in ``read_yaml``.
-    """
+    """Parses YAML text, such as a command's argument. Errors are as in ``read_yaml``."""
     with _translate_yaml(source):
         return yaml.load(text, _Loader)
 
 
 def check_yaml(path: Path) -> None:
-    """Checks that a file is YAML. Tags of other programs are allowed.
-
-    Otherwise a BadValueError is raised.
-    """
+    """Checks that a file is YAML. Tags of other programs are allowed. Otherwise a BadValueError is raised."""
     with _translate_yaml(path):
         yaml.compose(read_text(path, SETTINGS), _Loader)
 
@@ -155,9 +137,7 @@ def _translate_yaml(path: Path | str) -> Iterator[None]:
 
 
 class _Loader(yaml.SafeLoader):
-    """Loader that parses numbers such as 1e-3 as in YAML 1.2.
-
-    Repeated keys are rejected.
+    """Loader that parses numbers such as 1e-3 as in YAML 1.2. Repeated keys are rejected.
 
     PyYAML's C loader ends the process where brackets are nested very deep; this one raises a RecursionError.
     """

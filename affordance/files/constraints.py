@@ -50,10 +50,7 @@ class Constraint(ABC):
 
     @abstractmethod
     def check(self, value: Any) -> Any:
-        """Returns a valid value in the form that the program uses.
-
-        An invalid value raises a PydanticCustomError.
-        """
+        """Returns a valid value in the form that the program uses. An invalid value raises a PydanticCustomError."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.check)
@@ -92,10 +89,7 @@ class Within(Constraint):
         return number
 
     def _suggest(self, value: float) -> str:
-        """Suggests a valid value that was probably meant.
-
-        The text is empty if there is none.
-        """
+        """Suggests a valid value that was probably meant. The text is empty if there is none."""
         return ""
 
 
@@ -213,10 +207,7 @@ class FileName(Text):
 
 @dataclass(frozen=True)
 class OneOf(Constraint):
-    """Constraint on a text: one of several names, or the value of an Enum member.
-
-    The value becomes the member.
-    """
+    """Constraint on a text: one of several names, or the value of an Enum member. The value becomes the member."""
 
     kind: type[enum.Enum] | tuple[str, ...]
 
@@ -247,10 +238,7 @@ def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = ""
 
 
 def check_names(path: Path, key: str, names: Iterable[str]) -> None:
-    """Checks that names from a file are valid; empty names are allowed.
-
-    Otherwise a BadValueError is raised.
-    """
+    """Checks that names from a file are valid; empty names are allowed. Otherwise a BadValueError is raised."""
     for name in filter(None, names):
         try:
             run_check("", OneLine().check, name)
@@ -259,10 +247,7 @@ def check_names(path: Path, key: str, names: Iterable[str]) -> None:
 
 
 def check_path(name: str, value: Any) -> Path:
-    """Converts a text or path object to a path.
-
-    Anything else raises a BadArgumentError.
-    """
+    """Converts a text or path object to a path. Anything else raises a BadArgumentError."""
     if not isinstance(value, str | os.PathLike) or not str(value):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
     return Path(value)
@@ -302,10 +287,7 @@ def check_fields(instance: Any) -> None:
 
 
 class CheckedFields:
-    """Base of dataclasses that check their fields when created.
-
-    An invalid field raises a BadArgumentError.
-    """
+    """Base of dataclasses that check their fields when created. An invalid field raises a BadArgumentError."""
 
     __post_init__ = check_fields
 

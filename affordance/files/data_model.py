@@ -87,10 +87,7 @@ def join_key(parts: Sequence[int | str]) -> str:
 
 
 def _describe_unknown(model: type[BaseModel], key: int | str) -> str:
-    """Describes an unknown key.
-
-    Suggests where it belongs, or the closest known key.
-    """
+    """Describes an unknown key. Suggests where it belongs, or the closest known key."""
     known = [field.alias or name for name, field in model.model_fields.items()]
     place = model.elsewhere.get(str(key)) if issubclass(model, DataModel) else None
     hint = f"; {place}" if place else suggest(key, known)

@@ -25,10 +25,7 @@ def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
 
 
 def _show_depth(depth: Array) -> NDArray[np.uint8]:
-    """Converts depth to shades of grey, (height, width, 3).
-
-    Pixels without a reading are black.
-    """
+    """Converts depth to shades of grey, (height, width, 3). Pixels without a reading are black."""
     read = np.isfinite(depth) & (depth > 0.0)
     grey = np.zeros((*depth.shape, 1), dtype=np.uint8)
     if read.any():

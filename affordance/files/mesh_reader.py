@@ -72,9 +72,7 @@ def read_triangles(path: Path) -> Triangles:
 
 
 def load_scene(path: Path, **options: Any) -> Any:
-    """Loads a mesh file as a trimesh Scene, with options of trimesh.load_scene.
-
-    Formats are FORMATS and COLLADA.
+    """Loads a mesh file as a trimesh Scene, with options of trimesh.load_scene. Formats are FORMATS and COLLADA.
 
     A file that cannot be read, is too large, or declares more than its size allows raises a BadValueError. If trimesh
     cannot parse a file, it can raise any error.
@@ -86,10 +84,7 @@ def load_scene(path: Path, **options: Any) -> Any:
     from trimesh.resolvers import FilePathResolver
 
     class SameFolder(FilePathResolver):
-        """Resolver that only finds referenced files in the mesh's folder and below.
-
-        The files' size is limited.
-        """
+        """Resolver that only finds referenced files in the mesh's folder and below. The files' size is limited."""
 
         def get(self, name: str) -> Any:
             try:

@@ -37,10 +37,7 @@ def list_arm_files(directives: Path) -> tuple[Path, ...]:
 
 
 def list_model_files(folder: Path) -> tuple[Path, ...]:
-    """Lists the files of a model folder that the program reads, sorted.
-
-    Meshes of tools are included.
-    """
+    """Lists the files of a model folder that the program reads, sorted. Meshes of tools are included."""
     tasks = [folder / name for name in _FILES]
     tasks += [path for name in _FOLDERS for path in (folder / name).glob("*.yaml")]
     there = [path for path in tasks if path.is_file()]

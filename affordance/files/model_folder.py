@@ -16,10 +16,7 @@ _CLONE = Path(__file__).resolve().parents[2]
 
 
 def list_studies() -> list[str]:
-    """Lists the studies of a clone; empty elsewhere.
-
-    A study is a folder with a module ``command``.
-    """
+    """Lists the studies of a clone; empty elsewhere. A study is a folder with a module ``command``."""
     return sorted(path.parent.name for path in (_CLONE / "studies").glob("*/command.py"))
 
 

@@ -10,10 +10,7 @@ type _Filters = tuple[tuple[str, Callable[..., str]], ...]
 def render_template(
     package: str, name: str, *, escapes: bool, filters: Mapping[str, Callable[..., str]] | None = None, **values: Any
 ) -> str:
-    """Renders a template of a package with filters and values.
-
-    ``escapes`` escapes values for HTML.
-    """
+    """Renders a template of a package with filters and values. ``escapes`` escapes values for HTML."""
     environment = _build_environment(package, escapes, tuple((filters or {}).items()))
     found: str = environment.get_template(name).render(values)
     return found

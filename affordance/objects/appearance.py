@@ -54,10 +54,7 @@ def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance
 
 
 def _is_same_part(one: PartAppearance, other: PartAppearance, extent: float) -> bool:
-    """Returns True if two parts match.
-
-    The position tolerance scales with ``extent``, the object's length, [m].
-    """
+    """Returns True if two parts match. The position tolerance scales with ``extent``, the object's length, [m]."""
     if len(one.sizes) != len(other.sizes):
         return False
     # A memory compares each object with all others: plain numbers are several times as fast as short arrays.

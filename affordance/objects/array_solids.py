@@ -76,9 +76,7 @@ class ArraySolid(Shape):
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh(ArraySolid):
-    """Solid bounded by closed surfaces of triangles.
-
-    An inner surface, wound inwards, bounds a cavity.
+    """Solid bounded by closed surfaces of triangles. An inner surface, wound inwards, bounds a cavity.
 
     Vertices in E, (n, 3), [m], and faces, (m, 3), with three vertices each, counter-clockwise as seen from outside
     the material, are read-only.
@@ -88,10 +86,7 @@ class TriangleMesh(ArraySolid):
     faces: Faces
 
     def __post_init__(self) -> None:
-        """Stores read-only copies.
-
-        Invalid arrays, an open surface, or no positive volume raise a ValueError.
-        """
+        """Stores read-only copies. Invalid arrays, an open surface, or no positive volume raise a ValueError."""
         vertices, faces = np.array(self.vertices, dtype=float), np.array(self.faces, dtype=np.intp)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
             shapes = f"vertices are {vertices.shape} and faces {faces.shape}"
@@ -151,10 +146,7 @@ class ColumnSolid(ArraySolid):
     ends: Array
 
     def __post_init__(self) -> None:
-        """Stores read-only copies.
-
-        Inconsistent shapes, or columns without volume, raise a ValueError.
-        """
+        """Stores read-only copies. Inconsistent shapes, or columns without volume, raise a ValueError."""
         arrays = {name: np.array(getattr(self, name), dtype=float) for name in ("places", "areas", "ends")}
         store_read_only(self, **arrays)
         count = len(self.areas)

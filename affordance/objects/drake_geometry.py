@@ -19,10 +19,7 @@ from affordance.objects.primitives import Box, Capsule, Cylinder
 
 
 def make_drawn_shape(shape: Shape) -> Any:
-    """Builds the Drake shape that draws a solid, in its frame E.
-
-    An unknown solid raises a NotImplementedError.
-    """
+    """Builds the Drake shape that draws a solid, in its frame E. An unknown solid raises a NotImplementedError."""
     shape = find_visible(shape)
     match shape:
         case Ellipsoid():
@@ -40,10 +37,7 @@ def make_drawn_shape(shape: Shape) -> Any:
 
 @functools.lru_cache(maxsize=128)
 def draw_mesh(mesh: TriangleMesh) -> geometry.Mesh:
-    """Builds the Drake shape that draws a mesh.
-
-    The mesh's file is written once per mesh.
-    """
+    """Builds the Drake shape that draws a mesh. The mesh's file is written once per mesh."""
     text = write_obj(mesh.vertices, mesh.faces)
     return geometry.Mesh(geometry.InMemoryMesh(mesh_file=MemoryFile(text.encode(), ".obj", "part")))
 

@@ -31,10 +31,7 @@ DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
 
 @runtime_checkable
 class Shape(Protocol):
-    """Hashable solid whose inertia at unit density is known.
-
-    Only drawing code depends on its type.
-    """
+    """Hashable solid whose inertia at unit density is known. Only drawing code depends on its type."""
 
     def __hash__(self) -> int:
         return hash((type(self), self.sizes.tobytes()))
@@ -68,9 +65,7 @@ class Shape(Protocol):
 
 
 class Primitive(Shape):
-    """Solid with inertia in closed form, centred at Eo and aligned with E.
-
-    The fields of the class are its lengths.
+    """Solid with inertia in closed form, centred at Eo and aligned with E. The fields of the class are its lengths.
 
     Lengths that are not finite and positive, or not three in a tuple, raise a BadArgumentError.
     """

@@ -75,10 +75,7 @@ class Part:
         return BadValueError(self.path, f"{self.key}.{name}", problem)
 
     def find_material(self, key: str, name: str | None) -> Material:
-        """Finds the material that a key names.
-
-        A missing or unknown name raises a BadValueError.
-        """
+        """Finds the material that a key names. A missing or unknown name raises a BadValueError."""
         if name is None:
             raise self.error(key, "is missing")
         if name not in self.materials:
@@ -89,10 +86,7 @@ class Part:
 
 
 def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
-    """Builds a component, or all components of a mesh.
-
-    An invalid value or file raises a BadValueError.
-    """
+    """Builds a component, or all components of a mesh. An invalid value or file raises a BadValueError."""
     entry = part.entry
     kinds = [kind for kind in _KINDS if getattr(entry, kind) is not None]
     if len(kinds) > 1:
@@ -242,10 +236,7 @@ def load_tools(
 
 
 def list_materials(path: StrPath) -> tuple[str, ...]:
-    """Lists the materials that a tools file names, without duplicates.
-
-    No mesh is opened.
-    """
+    """Lists the materials that a tools file names, without duplicates. No mesh is opened."""
     named = [
         name
         for tool in load_model(check_path("path", path), _ToolsFile).tools

@@ -72,10 +72,7 @@ type ColourText = Annotated[str, Text(), AfterValidator(_check_colour)]
 
 @dataclass(frozen=True)
 class _FileDensity(Within):
-    """Constraint on a density in a file, [kg/m^3].
-
-    Errors name the unit, and convert the value from g/cm^3.
-    """
+    """Constraint on a density in a file, [kg/m^3]. Errors name the unit, and convert the value from g/cm^3."""
 
     @override
     def check(self, value: Any, at: str = "") -> float:
@@ -127,10 +124,7 @@ _load_own = lru_cache(maxsize=1)(load_materials)
 
 
 def check_materials(materials: object) -> Mapping[str, Material]:
-    """Returns materials by name, as from ``load_materials``.
-
-    Anything else raises a BadArgumentError.
-    """
+    """Returns materials by name, as from ``load_materials``. Anything else raises a BadArgumentError."""
     if not isinstance(materials, Mapping):
         problem = (
             f"is of type {type(materials).__name__}, must be a mapping of names to materials, see load_materials"
@@ -142,9 +136,7 @@ def check_materials(materials: object) -> Mapping[str, Material]:
 def find_colour(
     material: MaterialLike, materials: Mapping[str, Material] | None = None, argument: str = "material"
 ) -> Colour:
-    """Finds the colour that identifies a material.
-
-    The program's own materials are searched unless others are given.
+    """Finds the colour that identifies a material. The program's own materials are searched unless others are given.
 
     An unknown name raises a BadArgumentError that names ``argument``.
     """

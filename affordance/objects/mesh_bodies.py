@@ -48,9 +48,7 @@ def count_shells(bodies: Sequence[Body]) -> int:
 
 
 def load_bodies(path: Path, unit: str) -> tuple[Body, ...]:
-    """Loads the bodies of an OBJ, PLY or STL file, in its order.
-
-    The bodies are cached until the file changes.
+    """Loads the bodies of an OBJ, PLY or STL file, in its order. The bodies are cached until the file changes.
 
     ``unit`` is a key of UNITS. A file that cannot be read, a surface that is open or inconsistently wound, or an
     implausible size raises a BadValueError.

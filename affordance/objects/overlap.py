@@ -28,10 +28,7 @@ _FACETS = 96
 
 
 def is_sound(solid: TriangleMesh) -> bool:
-    """Returns True if a surface does not intersect itself.
-
-    Only then can shared volumes be computed.
-    """
+    """Returns True if a surface does not intersect itself. Only then can shared volumes be computed."""
     return _is_sound(_build_mesh(solid))
 
 
@@ -58,10 +55,7 @@ class Counted(NamedTuple):
         return f"{share}, which is counted once: as the part that is listed first, or that lies within the other"
 
     def renumber(self, weighings: Sequence[Weighing]) -> tuple[Weighing, ...]:
-        """Renumbers the parts of weighings.
-
-        A weighing of nothing but left-out parts is left out.
-        """
+        """Renumbers the parts of weighings. A weighing of nothing but left-out parts is left out."""
         new = {former: index for index, former in enumerate(self.kept)}
         found = [(each, tuple(new[part] for part in each.parts if part in new)) for each in weighings]
         return tuple(each._replace(parts=parts) for each, parts in found if parts or not each.parts)
@@ -99,10 +93,7 @@ def count_once(parts: Sequence[Component]) -> Counted:
 
 
 def _remove(part: Component, common: manifold3d.Manifold | None) -> Component:
-    """Removes a volume from the inertia of a part.
-
-    The volume is in the tool's frame, in millimetres.
-    """
+    """Removes a volume from the inertia of a part. The volume is in the tool's frame, in millimetres."""
     if common is None or common.is_empty():
         return part
     X_ET = np.linalg.inv(part.X_TE)
@@ -111,10 +102,7 @@ def _remove(part: Component, common: manifold3d.Manifold | None) -> Component:
 
 
 def _measure_common(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """Computes the volume that two boxes share, [m^3].
-
-    Boxes are given by their least and largest coordinates.
-    """
+    """Computes the volume that two boxes share, [m^3]. Boxes are given by their least and largest coordinates."""
     lengths = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
     return float(np.prod(np.maximum(lengths, 0.0)))
 

@@ -27,10 +27,7 @@ class Box(Primitive):
         return float(np.prod(self.lengths))
 
     def unit_pseudo_inertia(self) -> Array:
-        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4).
-
-        Sigma = m/12 diag(a^2, b^2, c^2).
-        """
+        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4). Sigma = m/12 diag(a^2, b^2, c^2)."""
         return self.volume * np.diag([*(self.sizes**2 / 12.0), 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
@@ -54,10 +51,7 @@ class Cylinder(_Round):
         return float(np.pi * self.radius**2 * self.length)
 
     def unit_pseudo_inertia(self) -> Array:
-        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4).
-
-        Sigma = m diag(r^2/4, r^2/4, l^2/12).
-        """
+        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4). Sigma = m diag(r^2/4, r^2/4, l^2/12)."""
         across = self.radius**2 / 4.0
         return self.volume * np.diag([across, across, self.length**2 / 12.0, 1.0])
 
@@ -104,10 +98,7 @@ class Capsule(_Round):
 
 
 def _take_signs(direction_E: Array) -> Array:
-    """Computes the signs of a direction's components, (3,).
-
-    Rounding errors count as 0.
-    """
+    """Computes the signs of a direction's components, (3,). Rounding errors count as 0."""
     return np.sign(direction_E) * (np.abs(direction_E) > _ALONG * np.linalg.norm(direction_E))
 
 

@@ -87,10 +87,7 @@ def find_shells(vertices: Array, faces: Faces) -> Shells:
 
 
 def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Merges equal vertices.
-
-    Returns the unique vertices, (k, 3), and each vertex's index among them, (n,).
-    """
+    """Merges equal vertices. Returns the unique vertices, (k, 3), and each vertex's index among them, (n,)."""
     _, first, index = np.unique(
         np.round(vertices / _WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True
     )
@@ -98,10 +95,7 @@ def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Merges vertices that are close together.
-
-    Returns each group's mean, (k, 3), and each vertex's group, (n,).
-    """
+    """Merges vertices that are close together. Returns each group's mean, (k, 3), and each vertex's group, (n,)."""
     pairs = scipy.spatial.cKDTree(vertices).query_pairs(_WIDE_WELD, output_type="ndarray")
     size = len(vertices)
     graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(size, size))
@@ -118,9 +112,7 @@ def find_proper_faces(faces: Faces) -> NDArray[np.bool_]:
 
 
 def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
-    """Assigns each face to a body, in the file's order, (m,).
-
-    Vertices, (n, 3), [m], are unique.
+    """Assigns each face to a body, in the file's order, (m,). Vertices, (n, 3), [m], are unique.
 
     A mesh without faces, or with an edge that is not traversed equally often in both directions, raises a MeshError.
     """

@@ -38,9 +38,7 @@ class StrikingFace:
 
 
 def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T: Array) -> tuple[int, float]:
-    """Finds the part with a face at a point of its convex hull.
-
-    There it can strike before any other point.
+    """Finds the part with a face at a point of its convex hull. There it can strike before any other point.
 
     The hull of a part has support h(d) along a unit vector d, so a point p is on a face with normal n if h(n) = n . p
     and d . p <= h(d) for all d.

@@ -61,19 +61,13 @@ class Component:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """Way of holding a tool.
-
-    The hand's pose in the frame of the tools file is (4, 4), read-only.
-    """
+    """Way of holding a tool. The hand's pose in the frame of the tools file is (4, 4), read-only."""
 
     name: str
     X_TG: Array
 
     def __post_init__(self) -> None:
-        """Stores a read-only copy of the pose.
-
-        A pose that scales or mirrors raises a BadArgumentError.
-        """
+        """Stores a read-only copy of the pose. A pose that scales or mirrors raises a BadArgumentError."""
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
 
@@ -147,10 +141,7 @@ class Tool:
         return replace(self, components=tuple(parts))
 
     def scaled(self, density: float, size: float) -> "Tool":
-        """Scales densities (at most DENSITY_MAX) and lengths of the tool by two factors.
-
-        The result has no grips.
-        """
+        """Scales densities (at most DENSITY_MAX) and lengths of the tool by two factors. The result has no grips."""
         parts = []
         for part in self.components:
             X_TE = np.array(part.X_TE)

@@ -46,10 +46,7 @@ class PoseEntry(DataModel):
 
 
 class ComponentEntry(DataModel):
-    """Solid part of a tool, or parts of a mesh, in a file.
-
-    The reader checks combinations of keys.
-    """
+    """Solid part of a tool, or parts of a mesh, in a file. The reader checks combinations of keys."""
 
     elsewhere: ClassVar[Mapping[str, str]] = {"density": "a density belongs to a material, in materials.yaml"}
 

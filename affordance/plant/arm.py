@@ -27,9 +27,7 @@ _DIGEST = re.compile("-[0-9a-f]{12}$")
 
 
 def name_robot(source: Path, tip: str = "") -> str:
-    """Names a robot after its model folder, or after its file and tip.
-
-    The digest of a cached import is left out.
+    """Names a robot after its model folder, or after its file and tip. The digest of a cached import is left out.
 
     A cached import and its file have the same name. The paper's arm is "the paper's arm".
     """
@@ -43,10 +41,7 @@ def name_robot(source: Path, tip: str = "") -> str:
 
 
 class JointLimits(NamedTuple):
-    """Limits of the joints, each of shape (num_joints,).
-
-    Unlimited joints have infinite limits.
-    """
+    """Limits of the joints, each of shape (num_joints,). Unlimited joints have infinite limits."""
 
     q_lower: Array  # [rad]
     q_upper: Array  # [rad]
@@ -54,10 +49,7 @@ class JointLimits(NamedTuple):
     tau_max: Array  # on |tau|, [N m]
 
     def compute_loads(self, tau: Array) -> Array:
-        """Computes torques, (..., num_joints), [N m], as fractions of their limits.
-
-        An overload is above 1.
-        """
+        """Computes torques, (..., num_joints), [N m], as fractions of their limits. An overload is above 1."""
         loads: Array = np.abs(tau) / self.tau_max
         return loads
 
@@ -130,10 +122,7 @@ class Arm:
         return q
 
     def set_posture(self, plant_context: Context, q: Array) -> None:
-        """Sets the joint angles q, shape (num_joints,), [rad].
-
-        The nail and all rates stay unchanged.
-        """
+        """Sets the joint angles q, shape (num_joints,), [rad]. The nail and all rates stay unchanged."""
         positions = self.plant.GetPositions(plant_context)
         positions[: self.num_joints] = q
         self.plant.SetPositions(plant_context, positions)

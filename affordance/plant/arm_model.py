@@ -121,9 +121,7 @@ def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
 
 
 class HeldTorqueModel(ArmModel):
-    """Arm dynamics for torques that are held for a control period.
-
-    Accelerations are means over the period.
+    """Arm dynamics for torques that are held for a control period. Accelerations are means over the period.
 
     Gravity and gyroscopic terms change as the arm moves; they are evaluated at the middle of the period. If they were
     evaluated at its start, torques would err by half of the terms' change over the period, always in the same

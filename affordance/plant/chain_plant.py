@@ -28,10 +28,7 @@ from affordance.plant.serial_chain import SerialChain
 
 @functools.lru_cache(maxsize=4)
 def build_chain(arm: Arm) -> SerialChain:
-    """Builds the chain from W to the tool.
-
-    Branches and joints that are not revolute raise a ModelFileError.
-    """
+    """Builds the chain from W to the tool. Branches and joints that are not revolute raise a ModelFileError."""
     plant = arm.plant
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(arm.num_joints))
@@ -55,10 +52,7 @@ def build_chain(arm: Arm) -> SerialChain:
 
 
 def build_unmounted_chain(arm: Arm) -> SerialChain:
-    """Builds the chain from the last fixed link to the hand.
-
-    The chain is independent of the arm's mounting.
-    """
+    """Builds the chain from the last fixed link to the hand. The chain is independent of the arm's mounting."""
     chain, plant = build_chain(arm), arm.plant
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # By index, because bodies of the stand and the arm may have the same name.
@@ -91,9 +85,7 @@ def read_chain(
     tip_name: str,
     bodies: Sequence[set[BodyIndex]],
 ) -> SerialChain:
-    """Reads a chain of joints from a frame to a tip.
-
-    In the context, all joints are at zero.
+    """Reads a chain of joints from a frame to a tip. In the context, all joints are at zero.
 
     ``bodies`` are the bodies that move with each joint.
     """
@@ -128,9 +120,7 @@ def read_chain(
 
 
 def build_arm(chain: SerialChain, link_parameters: Array | None = None) -> Arm:
-    """Builds an arm without limits from a chain.
-
-    For single states it is ten times faster than the chain.
+    """Builds an arm without limits from a chain. For single states it is ten times faster than the chain.
 
     ``link_parameters``, (n, 10), replace the chain's, and need not be physically consistent.
     """

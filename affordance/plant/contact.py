@@ -35,10 +35,7 @@ _DISC_RADIUS, _DISC_THICKNESS = 0.03, 0.02
 
 
 def register_surface(plant: MultibodyPlant, body: RigidBody, X_BG: RigidTransform, shape: Shape, name: str) -> None:
-    """Registers a collision geometry G of this material on body B.
-
-    The plant is not yet finalized.
-    """
+    """Registers a collision geometry G of this material on body B. The plant is not yet finalized."""
     material = ProximityProperties()
     AddContactMaterial(
         dissipation=DISSIPATION, point_stiffness=_SURFACE_STIFFNESS, friction=_FRICTION, properties=material
@@ -79,9 +76,7 @@ class EffectiveMass:
     """
 
     def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:
-        """Computes the mass matrices of arm and payload.
-
-        The model's state and payload are changed.
+        """Computes the mass matrices of arm and payload. The model's state and payload are changed.
 
         The tool strikes with its point S, p_TS (3,), [m], along a unit vector, (3,), at joint angles q,
         (num_joints,), [rad].

@@ -28,9 +28,7 @@ def add_arm(
     tool: Tool | None = None,
     nail: NailPlacement | None = None,
 ) -> Arm:
-    """Adds an arm as ``plant`` to a builder.
-
-    With shapes, it also adds the ``scene_graph``.
+    """Adds an arm as ``plant`` to a builder. With shapes, it also adds the ``scene_graph``.
 
     A tool has shapes and the default inertia. Without a tool, the payload has no shape and initially no mass. An
     unsuitable arm raises a ModelFileError.
@@ -44,9 +42,7 @@ def add_arm(
 
 
 def load_arm(directives: Path = ARM) -> Arm:
-    """Loads an arm without geometry, for internal models.
-
-    An unsuitable arm raises a ModelFileError.
+    """Loads an arm without geometry, for internal models. An unsuitable arm raises a ModelFileError.
 
     The same instance is returned as long as the arm's files do not change, so users must create their own Contexts.
     """
@@ -56,10 +52,7 @@ def load_arm(directives: Path = ARM) -> Arm:
 
 @lru_cache(maxsize=16)
 def _load_arm(directives: Path, _: tuple[tuple[Path, int, int], ...]) -> Arm:
-    """Loads an arm.
-
-    The cache key includes the times and sizes of its files.
-    """
+    """Loads an arm. The cache key includes the times and sizes of its files."""
     return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
 
 
@@ -85,10 +78,7 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
 
 
 def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str = "tool") -> RigidBody:
-    """Welds the tool to the hand.
-
-    The tool has its inertia and, if the plant has geometry, its shapes.
-    """
+    """Welds the tool to the hand. The tool has its inertia and, if the plant has geometry, its shapes."""
     inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
     body = attach_body(plant, hand, inertia, name)
     if tool is not None and plant.geometry_source_is_registered():
@@ -140,10 +130,7 @@ def _finish_plant(
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
-    """Checks that all joints are revolute and have one actuator each.
-
-    Otherwise a ModelFileError is raised.
-    """
+    """Checks that all joints are revolute and have one actuator each. Otherwise a ModelFileError is raised."""
     moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # The nail's joint comes last.
     joints = [joint for joint in moving if joint.num_velocities() and joint.velocity_start() < num_joints]

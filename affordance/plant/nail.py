@@ -105,10 +105,7 @@ class NailRecord(NamedTuple):
 
     @property
     def time_of_touch(self) -> float:
-        """Time at which the tool first touched the nail, [s].
-
-        Without a touch, it is the first time.
-        """
+        """Time at which the tool first touched the nail, [s]. Without a touch, it is the first time."""
         return float(self.times[np.argmax(self.contact > _TOUCH)])
 
     @property
@@ -158,9 +155,7 @@ class NailEntry(DataModel):
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant that is not yet finalized.
-
-    The position of its joint is the driven distance.
+    """Adds a nail to a plant that is not yet finalized. The position of its joint is the driven distance.
 
     Body, joint and model instance get the same name.
     """
@@ -187,9 +182,7 @@ def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail"
 
 
 class NailResistance(SampledSystem):
-    """Dry friction of the wood, which opposes motion without rebound.
-
-    Friction depends on the nail's depth.
+    """Dry friction of the wood, which opposes motion without rebound. Friction depends on the nail's depth.
 
     Input ports:
         state: Distance by which the nail has been driven, and its rate, (2,), [m, m/s].

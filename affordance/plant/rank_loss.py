@@ -18,9 +18,7 @@ _BEND = 0.1
 
 
 def compute_mobility(model: ArmModel, q: Array, p_TQ: Array) -> float:
-    """Computes the mobility of a point Q of the tool, [m/rad].
-
-    The model is set to posture q.
+    """Computes the mobility of a point Q of the tool, [m/rad]. The model is set to posture q.
 
     The angles q are (num_joints,), [rad]; the point's position p_TQ in the tool is (3,), [m].
     """

@@ -134,10 +134,7 @@ class SerialChain:
         return last._replace(R_WT=last.R_WT @ self.R_MT, p_WT=p, a_WT=a, Jv_V_WT=J)
 
     def compute_link_motions(self, q: Array, v: Array, vdot: Array) -> Iterator[ChainMotion]:
-        """Computes the motion of each link's frame M.
-
-        The link's Jacobian is for the joints up to the link.
-        """
+        """Computes the motion of each link's frame M. The link's Jacobian is for the joints up to the link."""
         for link in self._follow_links(q, v, vdot):
             yield link.build()
 
@@ -160,10 +157,7 @@ class SerialChain:
             yield _LinkMotion(R, p, w, alpha, a, axes_W[: j + 1], origins_W[: j + 1])
 
     def compute_positions(self, q: Array, p_TQ: Array) -> Array:
-        """Computes positions in W, (N, 3), [m], of a point Q fixed to T.
-
-        The point is given by p_TQ, (3,), [m].
-        """
+        """Computes positions in W, (N, 3), [m], of a point Q fixed to T. The point is given by p_TQ, (3,), [m]."""
         R = np.broadcast_to(np.eye(3), (len(q), 3, 3))
         p = np.zeros((len(q), 3))
         for j in range(self.num_joints):
@@ -176,10 +170,7 @@ class SerialChain:
         return self._compute_regressors(self.compute_motion(q, v, vdot))
 
     def compute_wrench_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes W along a trajectory, (N, 6, 10), with [n; f] = W pi in T.
-
-        The moment about To is first.
-        """
+        """Computes W along a trajectory, (N, 6, 10), with [n; f] = W pi in T. The moment about To is first."""
         return self._compute_wrench(self.compute_motion(q, v, vdot))
 
     def compute_link_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
@@ -202,10 +193,7 @@ class SerialChain:
         torques[:, : link + 1] += self._compute_regressors(motion, column)[..., 0]
 
     def _compute_regressors(self, motion: ChainMotion, columns: Array = _ALL) -> Array:
-        """Computes Y of a body at a moving frame, times ``columns``, (10, K).
-
-        The result is (N, joints, K).
-        """
+        """Computes Y of a body at a moving frame, times ``columns``, (10, K). The result is (N, joints, K)."""
         wrench = self._compute_wrench(motion) @ columns
         wrench_W = motion.R_WT[:, None] @ wrench.reshape(len(wrench), 2, 3, -1)
         Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(len(wrench), 6, -1)

@@ -127,9 +127,7 @@ class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1
 
 
 def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
-    """Reads named faults from a file and combines them.
-
-    Without a name the result is NO_FAULTS.
+    """Reads named faults from a file and combines them. Without a name the result is NO_FAULTS.
 
     Raises:
         BadValueError: The file or a value is wrong, a name is not in the file, or two faults set the same field.

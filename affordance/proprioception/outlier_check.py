@@ -31,10 +31,7 @@ class SampleStatus(enum.Enum):
 
 
 def check_reading(tau: Array) -> SampleStatus:
-    """Checks measured torques, (num_joints,), without a model.
-
-    Returns ACCEPTED if all are finite.
-    """
+    """Checks measured torques, (num_joints,), without a model. Returns ACCEPTED if all are finite."""
     finite = np.isfinite(tau)
     if finite.all():
         return SampleStatus.ACCEPTED
@@ -42,9 +39,7 @@ def check_reading(tau: Array) -> SampleStatus:
 
 
 def check_torque(tau: Array, tau_arm: Array, Y: Array, geometry: Geometry, noise: NoiseModel) -> SampleStatus:
-    """Checks if an object of this geometry could cause measured torques.
-
-    Returns ACCEPTED or IMPOSSIBLE.
+    """Checks if an object of this geometry could cause measured torques. Returns ACCEPTED or IMPOSSIBLE.
 
     Measured torques and the arm's own torques are (num_joints,), [N m]; the payload regressor Y is (num_joints, 10).
     """

@@ -18,10 +18,7 @@ class StaticHold:
     """Arm at rest in a posture."""
 
     def __init__(self, arm: Arm, q: Array | None = None) -> None:
-        """Computes regressor and torque in a posture q, (num_joints,), [rad].
-
-        None is the arm's home.
-        """
+        """Computes regressor and torque in a posture q, (num_joints,), [rad]. None is the arm's home."""
         model = ArmModel(arm)
         at_rest = np.zeros(arm.num_joints)
         posture = arm.home if q is None else q

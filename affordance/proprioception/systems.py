@@ -51,10 +51,7 @@ class DensityEstimator(SampledSystem):
     """
 
     def __init__(self, arm: Arm, *, noise: NoiseModel, deviation: float, sample_period: float) -> None:
-        """Declares states, ports and events.
-
-        The deviation is a fraction of a material's mean, the period in [s].
-        """
+        """Declares states, ports and events. The deviation is a fraction of a material's mean, the period in [s]."""
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
@@ -119,9 +116,7 @@ class DensityEstimator(SampledSystem):
 
 
 class Proprioception(SampledSystem):
-    """Joint sensor with noise on torques and accelerations.
-
-    Angles and velocities are exact.
+    """Joint sensor with noise on torques and accelerations. Angles and velocities are exact.
 
     By default (WeberNoise) an error of torque lasts a whole hold, so further samples do not average it out.
 

@@ -89,10 +89,7 @@ class WeberNoise(CheckedFields):
         return np.concatenate([tau, tau_arm, Y.ravel()])
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Converts the mean torque to evidence.
-
-        The torque's error depends on the torque itself.
-        """
+        """Converts the mean torque to evidence. The torque's error depends on the torque itself."""
         tau, tau_arm = features[:num_joints], features[num_joints : 2 * num_joints]
         Y = features[2 * num_joints :].reshape(num_joints, NUM_PARAMETERS)
         return Felt.from_torques(
@@ -105,10 +102,7 @@ class WeberNoise(CheckedFields):
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """Draws a gain error and an offset for each joint.
-
-        Both are zero if samples are independent.
-        """
+        """Draws a gain error and an offset for each joint. Both are zero if samples are independent."""
         if self.independent_samples:
             return np.zeros(num_joints), np.zeros(num_joints)
         rng = np.random.default_rng(seed)
@@ -187,9 +181,7 @@ class WhiteNoise(CheckedFields):
 
 
 def draw_acceleration_error(sd: float, seed: tuple[int, ...], num_joints: int) -> Array:
-    """Draws the acceleration error of a trial, shape (num_joints,), [rad/s^2].
-
-    The error is zero if sd is zero.
+    """Draws the acceleration error of a trial, shape (num_joints,), [rad/s^2]. The error is zero if sd is zero.
 
     The paper assumes exact accelerations, and so does the estimator. The error multiplies the whole mass matrix,
     including the arm's (docs/decisions/0004-noise.md).

@@ -85,10 +85,7 @@ def check(name: str, value: Any, unit: Unit = NONE, **bounds: Any) -> Criterion:
 
 
 def confirm(name: str, value: bool) -> Criterion:
-    """States a criterion that is met if a value is true.
-
-    The value is shown as yes or no.
-    """
+    """States a criterion that is met if a value is true. The value is shown as yes or no."""
     return Criterion(name, value, NONE, {"is": True})
 
 
@@ -115,10 +112,7 @@ def _judge(criterion: Criterion) -> CriterionResult:
 
 
 def _show(unit: Unit, value: Any, bound: Any) -> str:
-    """Formats a value in its unit.
-
-    The text has enough decimals to show on which side of the bound it is.
-    """
+    """Formats a value in its unit. The text has enough decimals to show on which side of the bound it is."""
     if not value.size:
         return "none"
     entries = np.ravel(value) * unit.scale
@@ -130,10 +124,7 @@ def _show(unit: Unit, value: Any, bound: Any) -> str:
 
 
 def _show_bound(unit: Unit, bound: Any) -> str:
-    """Formats a bound in the unit of its value.
-
-    A literal number keeps its digits.
-    """
+    """Formats a bound in the unit of its value. A literal number keeps its digits."""
     entries = np.unique(np.atleast_1d(bound) * unit.scale)
     is_computed = isinstance(bound, np.ndarray | np.generic | xr.DataArray)
     shown = [f"{entry:.{unit.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries[:_SHOWN]]
@@ -146,9 +137,6 @@ def _join(shown: Sequence[str], unit: Unit, count: int) -> str:
 
 
 def with_interval(name: str, values: Any) -> dict[str, Any]:
-    """Computes the mean over observers and its 95 % interval, ``NAME_ci95``.
-
-    Observers are on the first axis.
-    """
+    """Computes the mean over observers and its 95 % interval, ``NAME_ci95``. Observers are on the first axis."""
     estimate = estimate_mean(np.asarray(values))
     return {name: estimate.mean, f"{name}_ci95": estimate.ci95}

@@ -29,10 +29,7 @@ _FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph",
 
 
 def describe_diagram(diagram: Diagram) -> str:
-    """Describes a Diagram in the DOT language.
-
-    The output is deterministic.
-    """
+    """Describes a Diagram in the DOT language. The output is deterministic."""
     systems = sorted(diagram.GetSystems(), key=lambda system: str(system.get_name()))
     inputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
     outputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
@@ -91,10 +88,7 @@ def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
 
 
 def _escape(name: str) -> str:
-    """Escapes a name for a quoted DOT string.
-
-    Port names contain model names, which come from files.
-    """
+    """Escapes a name for a quoted DOT string. Port names contain model names, which come from files."""
     return name.replace("\\", "\\\\").replace('"', '\\"')
 
 
@@ -103,10 +97,7 @@ def _find_group(name: str) -> str:
 
 
 def _describe_ports(name: str, inputs: set[tuple[int, str]], outputs: set[tuple[int, str]]) -> str:
-    """Builds an HTML table of a system's name and connected ports.
-
-    Inputs are on the left, outputs on the right.
-    """
+    """Builds an HTML table of a system's name and connected ports. Inputs are on the left, outputs on the right."""
     left = [port for _, port in sorted(inputs)]
     right = [port for _, port in sorted(outputs)]
     rows = [f'<TR><TD COLSPAN="2" BGCOLOR="white"><B>{html.escape(name)}</B></TD></TR>']

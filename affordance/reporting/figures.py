@@ -36,10 +36,7 @@ _METRES_TO_CM = 100.0
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> None:
-    """Writes a figure as NAME.png and NAME.svg.
-
-    Writing is atomic, and the bytes are reproducible.
-    """
+    """Writes a figure as NAME.png and NAME.svg. Writing is atomic, and the bytes are reproducible."""
     matplotlib.rcParams["svg.hashsalt"] = "affordance"
     prepare_figure(figure)
     write_atomic(folder / f"{name}.png", lambda path: figure.savefig(path, dpi=200))
@@ -55,10 +52,7 @@ def prepare_figure(figure: Figure) -> None:
 
 
 def count_columns(labels: Sequence[str]) -> int:
-    """Computes how many labels fit in a row of a legend, at most 6.
-
-    The legend is below a 12-inch figure.
-    """
+    """Computes how many labels fit in a row of a legend, at most 6. The legend is below a 12-inch figure."""
     longest = max(len(line) for each in labels for line in each.split("\n"))
     return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + longest)))
 
@@ -118,10 +112,7 @@ def draw_density_and_drop(
 
 
 def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, first: int = 0) -> None:
-    """Plots the mean drop in each trial from a first one on, [m].
-
-    Labels are the masses of the objects, [kg].
-    """
+    """Plots the mean drop in each trial from a first one on, [m]. Labels are the masses of the objects, [kg]."""
     positions = np.arange(first, len(masses)) + 1
     height, low, high = (_METRES_TO_CM * each[first:] for each in drop)
     colours = [_style(k)[0] for k in range(first, len(masses))]
@@ -140,9 +131,7 @@ def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, fir
 def draw_heights(
     *, times: Array, shown: Array, mean: Estimate, labels: list[str], shown_label: str, num_repeats: int
 ) -> Figure:
-    """Plots figure 4: height of each of K objects over time.
-
-    The last object is the decoy.
+    """Plots figure 4: height of each of K objects over time. The last object is the decoy.
 
     Args:
         times: Times, (N,), [s].
@@ -187,9 +176,7 @@ def draw_heights_of_points(
     shown_label: str,
     num_repeats: int,
 ) -> Figure:
-    """Plots figure 6: heights of K objects, and of several points of the decoy.
-
-    The decoy is the last object.
+    """Plots figure 6: heights of K objects, and of several points of the decoy. The decoy is the last object.
 
     Args:
         times: Times, (N,), [s].
@@ -283,10 +270,7 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
 
 
 def _mark_times(times: Array, *all_axes: Axes) -> None:
-    """Labels the time axes, and marks the goal height.
-
-    Only the first plot has a legend.
-    """
+    """Labels the time axes, and marks the goal height. Only the first plot has a legend."""
     for axes in all_axes:
         goal = axes.axhline(0.0, color="#000000", linewidth=1.2, linestyle=":")
         axes.set(xlabel="time (s)", xlim=(times[0], times[-1]))
@@ -294,10 +278,7 @@ def _mark_times(times: Array, *all_axes: Axes) -> None:
 
 
 def _plot_mean(axes: Axes, times: Array, heights: Estimate, line: str, colour: str, name: str = "") -> None:
-    """Plots mean heights with their interval, [m].
-
-    ``name`` appears in the legend if given.
-    """
+    """Plots mean heights with their interval, [m]. ``name`` appears in the legend if given."""
     mean, low, high = (_METRES_TO_CM * each for each in heights)
     axes.plot(times, mean, line, color=colour, label=label(name) if name else None, linewidth=1.6)
     axes.fill_between(times, low, high, color=colour, alpha=0.3, linewidth=0.0)

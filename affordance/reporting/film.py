@@ -29,10 +29,7 @@ _WIDTH = 42  # of a picture's title, [characters]
 
 
 def check_film(path: Path) -> None:
-    """Checks that a film with this suffix can be written.
-
-    Otherwise a BadValueError is raised.
-    """
+    """Checks that a film with this suffix can be written. Otherwise a BadValueError is raised."""
     if path.suffix not in (".gif", *_CODECS):
         raise BadValueError("FILE", "suffix", describe_choice(path.suffix, (".gif", *_CODECS)))
     if path.suffix in _CODECS:

@@ -107,10 +107,7 @@ def tabulate_within(
 
 
 def break_line(line: str, width: int) -> list[str]:
-    """Wraps a line between words at ``width`` characters (0 for any width).
-
-    Continuation lines are indented.
-    """
+    """Wraps a line between words at ``width`` characters (0 for any width). Continuation lines are indented."""
     if not width or len(line) <= width:
         return [line]
     indent = " " * (len(line) - len(line.lstrip()) + 2)
@@ -146,10 +143,7 @@ def count_observers(num: int) -> str:
 
 
 def fold(text: str, width: int = AXIS_WIDTH) -> str:
-    """Wraps a text at spaces, hyphens and underscores.
-
-    A piece that is wider than a line is broken within.
-    """
+    """Wraps a text at spaces, hyphens and underscores. A piece that is wider than a line is broken within."""
     lines = [""]
     for piece in re.findall(r"[^\s_-]*[\s_-]?", text):
         if len((lines[-1] + piece).rstrip()) > width:

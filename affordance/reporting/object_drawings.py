@@ -116,10 +116,7 @@ def _outline_ellipsoid(part: Component) -> Patch:
 
 
 def _outline_solid(part: Component) -> Patch:
-    """Computes the outline of a convex solid seen along Tz.
-
-    The outline is the convex hull of the support points.
-    """
+    """Computes the outline of a convex solid seen along Tz. The outline is the convex hull of the support points."""
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
     turns = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False) + _OFF_AXIS
     points = [
@@ -130,10 +127,7 @@ def _outline_solid(part: Component) -> Patch:
 
 
 def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> None:
-    """Draws the projection of a mesh along Tz.
-
-    Dents, holes and silhouette edges are visible.
-    """
+    """Draws the projection of a mesh along Tz. Dents, holes and silhouette edges are visible."""
     corners = _METRES_TO_CM * (mesh.vertices @ X_TE[:3, :3].T + X_TE[:3, 3])[:, :2]
     triangles = corners[mesh.faces]
     many = len(triangles) > _MANY
@@ -150,10 +144,7 @@ def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> N
 
 
 def _compute_expected_centre(tool: Tool) -> Array | None:
-    """Computes the centre of mass that a tool appears to have.
-
-    Returns None if it is close to the true one.
-    """
+    """Computes the centre of mass that a tool appears to have. Returns None if it is close to the true one."""
     parts = tuple(replace(part, material=part.looks_like) for part in tool.components)
     seeming = replace(tool, components=parts)
     return None if np.linalg.norm(seeming.p_TTcm - tool.p_TTcm) < _APART else seeming.p_TTcm

@@ -57,10 +57,7 @@ _LIGHTS = [
 
 
 class Pose(NamedTuple):
-    """Joint angles of an arm, [rad], with a tool and perhaps a nail.
-
-    The nail's travel is in [m].
-    """
+    """Joint angles of an arm, [rad], with a tool and perhaps a nail. The nail's travel is in [m]."""
 
     tool: Tool
     placement: NailPlacement | None
@@ -85,9 +82,7 @@ def render_poses(
 
 
 def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
-    """Renders close-ups of nails and tools at a common scale.
-
-    Pictures are as in ``render_poses``.
+    """Renders close-ups of nails and tools at a common scale. Pictures are as in ``render_poses``.
 
     Raises:
         ValueError: If a pose has no nail.

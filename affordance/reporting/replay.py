@@ -107,10 +107,7 @@ class Scene(NamedTuple):
 
 @dataclass(frozen=True)
 class Replay:
-    """Scenes of an experiment, which can become a page or a film.
-
-    A call with a path writes the page.
-    """
+    """Scenes of an experiment, which can become a page or a film. A call with a path writes the page."""
 
     directives: Path
     title: str
@@ -152,9 +149,7 @@ def write_replay(
 
 
 def open_meshcat(what: str) -> Meshcat:
-    """Opens Meshcat on a local port.
-
-    If this fails, an AffordanceError names what cannot be drawn.
+    """Opens Meshcat on a local port. If this fails, an AffordanceError names what cannot be drawn.
 
     Meshcat obeys every website that a browser of this machine shows, and a broken message ends its process. It
     therefore gets a random one of this machine's 16 million local addresses, which no website knows; macOS has only
@@ -170,10 +165,7 @@ def open_meshcat(what: str) -> Meshcat:
 def _record(
     meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None
 ) -> tuple[list[str], SideView]:
-    """Plays the scenes into Meshcat's recording.
-
-    Returns each scene's caption, and the view of the camera.
-    """
+    """Plays the scenes into Meshcat's recording. Returns each scene's caption, and the view of the camera."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     hand = parse_arm(plant, directives)
@@ -260,10 +252,7 @@ def _zoom(slow: tuple[float, float, float] | None, time: float) -> float:
 
 
 def _describe(scene: Scene, start: float) -> str:
-    """Returns the caption of a scene with its slow motion.
-
-    The scene begins at a replay time.
-    """
+    """Returns the caption of a scene with its slow motion. The scene begins at a replay time."""
     if scene.slow is None:
         return scene.caption
     begin, end, factor = scene.slow

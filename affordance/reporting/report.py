@@ -146,10 +146,7 @@ class _Run(NamedTuple):
 
 
 def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
-    """Groups the names of folders by run.
-
-    Folders with incomplete metrics are left out.
-    """
+    """Groups the names of folders by run. Folders with incomplete metrics are left out."""
     runs: dict[_Run, list[str]] = {}
     for folder in folders:
         try:
@@ -202,10 +199,7 @@ def _read_left_out(folder: Path) -> dict[str, str]:
 
 
 def _describe(error: Exception) -> str:
-    """Describes an error in one line.
-
-    A validation error is described by its first problem.
-    """
+    """Describes an error in one line. A validation error is described by its first problem."""
     if not isinstance(error, ValidationError):
         return str(error)
     first = error.errors()[0]
@@ -213,10 +207,7 @@ def _describe(error: Exception) -> str:
 
 
 def _prepare(section: Section, home: Path, shares: Mapping[str, float]) -> dict[str, Any]:
-    """Prepares a section for the template.
-
-    Figures are embedded, files linked, and the robustness of claims added.
-    """
+    """Prepares a section for the template. Figures are embedded, files linked, and the robustness of claims added."""
     prepared: dict[str, Any] = section._asdict()
     prepared["anchor"] = re.sub(r"[^a-z0-9]+", "-", home.name.lower())
     prepared["figures"] = [

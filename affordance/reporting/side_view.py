@@ -40,10 +40,7 @@ def list_corners(query: QueryObject) -> Array:
 
 
 def find_direction(plant: MultibodyPlant, context: Context, hand: Frame) -> Array:
-    """Finds the horizontal direction from an arm's base to its hand, (3,).
-
-    Without one, the direction is along x.
-    """
+    """Finds the horizontal direction from an arm's base to its hand, (3,). Without one, the direction is along x."""
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     places = [frame.CalcPoseInWorld(context).translation() for frame in (first_joint.frame_on_parent(), hand)]
     out = (places[1] - places[0]) * [1.0, 1.0, 0.0]
@@ -52,9 +49,7 @@ def find_direction(plant: MultibodyPlant, context: Context, hand: Frame) -> Arra
 
 
 def place_camera(points: Array, out: Array, middle: Sequence[float] | Array | None = None) -> SideView:
-    """Places a camera that sees given points, (N, 3), [m].
-
-    A horizontal direction, (3,), is to the right.
+    """Places a camera that sees given points, (N, 3), [m]. A horizontal direction, (3,), is to the right.
 
     The middle of the picture, (3,), [m], is by default the middle of the points.
     """

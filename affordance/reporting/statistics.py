@@ -11,10 +11,7 @@ CONFIDENCE = 0.95
 
 
 class Estimate(NamedTuple):
-    """Mean over repeats with its 95 % interval.
-
-    All arrays have the shape of one repeat's value.
-    """
+    """Mean over repeats with its 95 % interval. All arrays have the shape of one repeat's value."""
 
     mean: Array
     low: Array

@@ -45,10 +45,7 @@ def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
 
 
 def _find_line(path: Path, error: BaseException) -> str:
-    """Finds the innermost line of a file in an error's traceback.
-
-    The text is empty if there is none.
-    """
+    """Finds the innermost line of a file in an error's traceback. The text is empty if there is none."""
     frames = [
         (frame.lineno, frame.name)
         for frame in traceback.extract_tb(error.__traceback__)

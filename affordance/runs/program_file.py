@@ -51,10 +51,7 @@ def load_program(path: Path, option: str) -> ModuleType:
 
 
 def _describe(error: BaseException, file: Path) -> tuple[str, str]:
-    """Describes a program's error.
-
-    Returns the last line of the file in its traceback, and the message.
-    """
+    """Describes a program's error. Returns the last line of the file in its traceback, and the message."""
     line, trace = getattr(error, "lineno", None) if isinstance(error, SyntaxError) else None, error.__traceback__
     while trace is not None:
         line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == str(file) else line

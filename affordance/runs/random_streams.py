@@ -59,8 +59,5 @@ class ObserverDraws:
 
     @cached_property
     def _generators(self) -> list[np.random.Generator]:
-        """Generators, built only when needed.
-
-        Building them takes longer than most lifts.
-        """
+        """Generators, built only when needed. Building them takes longer than most lifts."""
         return [np.random.default_rng(seed) for seed in self._seeds]

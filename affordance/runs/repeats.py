@@ -68,10 +68,7 @@ def check_folder(path: Path) -> None:
 
 
 def prepare_folder(path: Path) -> Path:
-    """Creates a results folder.
-
-    If this fails or it is not writable, a BadValueError is raised.
-    """
+    """Creates a results folder. If this fails or it is not writable, a BadValueError is raised."""
     check_folder(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -137,10 +134,7 @@ def _identify(value: Any) -> str:
 
 
 def _find_module(program: Any) -> ModuleType:
-    """Finds the module of a function, a class, or an object's class.
-
-    Partial functions are allowed.
-    """
+    """Finds the module of a function, a class, or an object's class. Partial functions are allowed."""
     while isinstance(program, functools.partial):
         program = program.func
     return sys.modules[getattr(program, "__module__", type(program).__module__)]
@@ -156,29 +150,15 @@ def run_repeats(
 ) -> dict[str, NDArray[Any]]:
     """Runs the missing repeats of a folder one at a time; see ``run_batches``."""
     run_batch = functools.partial(run_each, run_repeat)
-    return run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description)
+    return stack_repeats(run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description))
+
+
+def stack_repeats(found: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    """Stacks arrays of equal shapes of all repeats along the first axis."""
+    return {name: np.stack([each[name] for each in found]) for name in found[0]}
 
 
 def run_batches(
-    folder: Path,
-    run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]],
-    *,
-    repeats: int,
-    jobs: int,
-    description: str,
-    unit: str = "observer",
-    at_once: int = 1,
-) -> dict[str, NDArray[Any]]:
-    """Runs the missing repeats of a folder. Returns all, stacked along the first axis.
-
-    Arguments and errors are as in ``list_batches``. The shapes of arrays are the same for all repeats.
-    """
-    shared = {"repeats": repeats, "jobs": jobs, "at_once": at_once}
-    kept = list_batches(folder, run_batch, description=description, unit=unit, **shared)
-    return {name: np.stack([each[name] for each in kept]) for name in kept[0]}
-
-
-def list_batches(
     folder: Path,
     run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]],
     *,
@@ -238,9 +218,7 @@ def list_batches(
 
 
 def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
-    """Runs picklable functions in parallel processes.
-
-    On a terminal, there is a temporary progress bar.
+    """Runs picklable functions in parallel processes. On a terminal, there is a temporary progress bar.
 
     All tasks run before anything is written, so that invalid input leaves only a one-line error.
     """
@@ -250,10 +228,7 @@ def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: st
 
 
 def _report_ended[T](results: Iterator[T]) -> Iterator[T]:
-    """Yields the results of processes.
-
-    A process that ends before its task raises an AffordanceError.
-    """
+    """Yields the results of processes. A process that ends before its task raises an AffordanceError."""
     try:
         yield from results
     except BrokenExecutor as error:
@@ -297,10 +272,7 @@ def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None
 
 
 def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
-    """Loads a stored repeat.
-
-    Returns None if it is missing. An unreadable or foreign file is quarantined.
-    """
+    """Loads a stored repeat. Returns None if it is missing. An unreadable or foreign file is quarantined."""
     path = _path_of(folder, repeat)
     if path.exists() and not path.is_file():
         quarantine(path, "is no file")

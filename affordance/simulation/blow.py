@@ -151,10 +151,7 @@ def run_blow(
 
 
 class BlowMonitor:
-    """Monitor that aborts a stalled blow.
-
-    The monitor stops at any contact while ``stops_at_touch`` is set.
-    """
+    """Monitor that aborts a stalled blow. The monitor stops at any contact while ``stops_at_touch`` is set."""
 
     def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:
         """Stores the simulated plant, and the tool's name for messages."""
@@ -164,10 +161,7 @@ class BlowMonitor:
         self._num_steps = 0
 
     def __call__(self, context: Context) -> EventStatus:
-        """Counts a step of the integrator.
-
-        Too many steps raise a StallError.
-        """
+        """Counts a step of the integrator. Too many steps raise a StallError."""
         self._num_steps += 1
         if self._num_steps > _MAX_STEPS:
             raise StallError(self._tool_name, context.get_time(), _MAX_STEPS, self._list_touches(context))
@@ -186,10 +180,7 @@ class BlowMonitor:
 
 
 def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
-    """Changes the integrator and advances to a time.
-
-    Returns False if a monitor stopped the simulation before.
-    """
+    """Changes the integrator and advances to a time. Returns False if a monitor stopped the simulation before."""
     config.start_time = simulator.get_context().get_time()  # otherwise the clock would be reset
     ApplySimulatorConfig(config, simulator)
     return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)

@@ -64,9 +64,7 @@ class NailLogs(NamedTuple):
 
 
 class TrialDiagram:
-    """Diagram of presentations, whose state is in the Context.
-
-    One instance serves any number of presentations.
+    """Diagram of presentations, whose state is in the Context. One instance serves any number of presentations.
 
     Attributes:
         diagram: The Diagram. In a larger Diagram, this attribute is replaced by the larger one.
@@ -274,10 +272,7 @@ class TrialDiagram:
         return record._replace(memory=self.get_memory(context))
 
     def read_nail_record(self, context: Context) -> NailRecord:
-        """Returns the record of the nail.
-
-        The Diagram must have a nail.
-        """
+        """Returns the record of the nail. The Diagram must have a nail."""
         logs, placement = self._nail_logs, self._nail
         assert logs is not None
         assert placement is not None
@@ -369,10 +364,7 @@ class TrialDiagram:
 
 
 def _select_arm(builder: DiagramBuilder, arm: Arm) -> tuple[OutputPort, OutputPort]:
-    """Returns ports with the arm's state and joint accelerations.
-
-    The nail, which is last, is excluded.
-    """
+    """Returns ports with the arm's state and joint accelerations. The nail, which is last, is excluded."""
     plant, n = arm.plant, arm.num_joints
     state, vdot = plant.get_state_output_port(), plant.get_generalized_acceleration_output_port()
     if plant.num_velocities() == n:

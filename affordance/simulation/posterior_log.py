@@ -20,9 +20,7 @@ class LoggedPosterior(NamedTuple):
 
 
 class PosteriorLog(SampledSystem):
-    """Log of the belief about the object, written by publish events.
-
-    Publish events precede updates at the same time.
+    """Log of the belief about the object, written by publish events. Publish events precede updates at the same time.
 
     Each entry therefore reflects the samples before its time stamp. As in Drake's VectorLogSink, the log belongs to
     the Context. It is a cache entry without computation, so publish events may write to it.
@@ -43,10 +41,7 @@ class PosteriorLog(SampledSystem):
         self.DeclarePeriodicPublishEvent(period, period, self._log)
 
     def find_log(self, context: Context) -> list[LoggedPosterior]:
-        """Returns the entries in order of time.
-
-        Clear the list before a Context is used again.
-        """
+        """Returns the entries in order of time. Clear the list before a Context is used again."""
         entry: Any = self.get_cache_entry(self._index).get_mutable_cache_entry_value(context)
         return cast(list[LoggedPosterior], entry.GetMutableValueOrThrow())
 

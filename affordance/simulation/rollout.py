@@ -35,10 +35,7 @@ class Rollout(NamedTuple):
 
 
 def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
-    """Simulates a reach with a gripped tool of known densities, [kg/m^3].
-
-    The log has a row per control period.
-    """
+    """Simulates a reach with a gripped tool of known densities, [kg/m^3]. The log has a row per control period."""
     tool, memory = tool.with_densities(densities), MaterialMemory.from_densities(densities)
     runner = get_runner(dataclasses.replace(settings, log_period=settings.control_period))
     trial = runner.get_diagram(tool)
@@ -50,10 +47,7 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
 
 
 def describe_path_fault(tool: Tool, path: TimedPath, settings: Settings) -> str:
-    """Describes why a simulated tool does not follow a path.
-
-    Densities are known; the text is empty if it does.
-    """
+    """Describes why a simulated tool does not follow a path. Densities are known; the text is empty if it does."""
     try:
         rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
     except AffordanceError as error:

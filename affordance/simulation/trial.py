@@ -155,10 +155,7 @@ class Observer:
         self.memory = memory  # present belief about materials
 
     def hold(self, tool: Tool, seed: Seed = 0) -> TrialRecord:
-        """Runs a trial in which an object is held in the home posture.
-
-        The seed determines all random draws.
-        """
+        """Runs a trial in which an object is held in the home posture. The seed determines all random draws."""
         _check_trial(tool, self.memory)
         trial = self._trial
         simulator = trial.prepare(self._context, tool, trial.hold, self.memory, seed, self._remembered)

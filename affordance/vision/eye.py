@@ -23,9 +23,7 @@ type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 def observe(
     tool: Tool, eye: Eye | None, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures an object's features with an eye.
-
-    Without an eye, they are the true features with errors.
+    """Measures an object's features with an eye. Without an eye, they are the true features with errors.
 
     Raises:
         SeeingError: A picture does not show the features.

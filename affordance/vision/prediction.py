@@ -22,9 +22,7 @@ _STEP = 1e-5
 
 
 def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
-    """Predicts an object's inertia from visual features, a memory and a prior.
-
-    The prior is for unknown materials.
+    """Predicts an object's inertia from visual features, a memory and a prior. The prior is for unknown materials.
 
     The memory in the returned belief contains every colour of the object.
     """

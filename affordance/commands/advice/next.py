@@ -111,10 +111,7 @@ def describe_holds(advice: HoldAdvice, width: int = 0) -> list[str]:
 
 
 def _describe_decision(decision: OpenDecision, unit: str) -> str:
-    """Describes which option to take now, or why none can be taken.
-
-    The words are as in a ranking.
-    """
+    """Describes which option to take now, or why none can be taken. The words are as in a ranking."""
     tool, _, grip = decision.best.rpartition(" by ")
     name = name_option(tool or grip, grip if tool else "", decision.alike)
     if not decision.is_possible:
@@ -179,10 +176,7 @@ def _describe_support(decision: OpenDecision) -> str:
 
 
 def _describe_open(decision: OpenDecision, unit: str) -> str:
-    """Describes an open choice: a tie, or an unavoidable expected loss.
-
-    No hold here can avoid it.
-    """
+    """Describes an open choice: a tie, or an unavoidable expected loss. No hold here can avoid it."""
     margin = decision.margin
     if margin is not None and max(margin, decision.regret) <= _TIE * decision.cost:
         gap = 0.0 if abs(margin) <= TIE * decision.cost else margin
@@ -191,10 +185,7 @@ def _describe_open(decision: OpenDecision, unit: str) -> str:
 
 
 def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
-    """Lists the objects that may be held.
-
-    A name that both files use raises an AffordanceError.
-    """
+    """Lists the objects that may be held. A name that both files use raises an AffordanceError."""
     if arguments.may_hold.resolve() == arguments.tools.resolve():
         return bench.stock
     names = {tool.name for tool in bench.tools}
@@ -208,10 +199,7 @@ def _list_candidates(bench: Bench, arguments: argparse.Namespace) -> list[Tool]:
 
 
 def _recall_looks(place: str | None, settings: Settings) -> dict[str, Appearance]:
-    """Reads the look of each object in a memory, by name.
-
-    The result is empty without a memory.
-    """
+    """Reads the look of each object in a memory, by name. The result is empty without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:

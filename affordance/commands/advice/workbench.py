@@ -56,10 +56,7 @@ class Bench(NamedTuple):
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
-    """Checks the options of a choice before the robot is opened.
-
-    Returns the bounds of the grip.
-    """
+    """Checks the options of a choice before the robot is opened. Returns the bounds of the grip."""
     options.check_bounds(arguments)
     options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 100_000))
@@ -98,10 +95,7 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
 def know_materials(
     arguments: argparse.Namespace, settings: Settings, tools: Sequence[Tool], materials: Mapping[str, Material]
 ) -> NamedBelief:
-    """Adds the handbook densities of ``--know`` to the memory.
-
-    Without ``--memory`` it is empty.
-    """
+    """Adds the handbook densities of ``--know`` to the memory. Without ``--memory`` it is empty."""
     memory = MaterialMemory(settings.learner)
     if arguments.memory is not None:
         with open_memory(arguments.memory, create=False) as ledger:
@@ -171,10 +165,7 @@ def choose_strikers(
 
 
 def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
-    """Loads tasks of the robot by name, and from files.
-
-    No task, or a repeated name, raises a BadValueError.
-    """
+    """Loads tasks of the robot by name, and from files. No task, or a repeated name, raises a BadValueError."""
     if not (names or files):
         raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or a file with --task")
     tasks = {name: robot.load_task(name) for name in names}
@@ -212,8 +203,5 @@ def tell_sources(arguments: argparse.Namespace, robot: Robot, named: NamedBelief
 
 
 def break_lines(lines: Sequence[str], width: int) -> str:
-    """Joins the lines of an answer, wrapped at a width.
-
-    Empty lines are left out.
-    """
+    """Joins the lines of an answer, wrapped at a width. Empty lines are left out."""
     return "\n".join(part for line in lines if line for part in break_line(line, width))

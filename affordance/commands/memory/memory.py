@@ -51,10 +51,7 @@ _HALF90 = 1.645
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Performs the action and returns the exit status.
-
-    The status is FAULTY if ``verify`` finds faults, else 0.
-    """
+    """Performs the action and returns the exit status. The status is FAULTY if ``verify`` finds faults, else 0."""
     prior = options.read_prior(arguments, "a memory")
     _check_arguments(arguments)
     trials: list[TrialEvidence] = []  # read first, so that nothing is written if a file is invalid
@@ -113,10 +110,7 @@ def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]
 
 
 def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidence]:
-    """Reads the weighings of tools files.
-
-    A file without any raises a BadValueError.
-    """
+    """Reads the weighings of tools files. A file without any raises a BadValueError."""
     trials = []
     for path in paths:
         tools, _ = options.read_tools(path, load_materials(materials))
@@ -205,10 +199,7 @@ def _label(name: str, experience: ExperienceSummary) -> str:
 
 
 def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
-    """Removes the selected trials and returns their number.
-
-    An unknown robot or object raises a BadValueError.
-    """
+    """Removes the selected trials and returns their number. An unknown robot or object raises a BadValueError."""
     selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
     if not any(selection):
         raise BadValueError(

@@ -23,10 +23,7 @@ _VERDICTS = {
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compares the payloads and prints the verdict.
-
-    The exit status is 0, or 3 if one of them was not trusted.
-    """
+    """Compares the payloads and prints the verdict. The exit status is 0, or 3 if one of them was not trusted."""
     paths = arguments.first, arguments.second
     first, second = map(read_estimate, paths)
     if first.name == second.name:

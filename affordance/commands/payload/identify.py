@@ -167,10 +167,7 @@ def _teach(
     settings: IdentificationSettings,
     prior: Prior,
 ) -> tuple[PayloadBelief, str]:
-    """Adds the run to the memory.
-
-    Returns the belief with that memory, and a sentence about the lesson.
-    """
+    """Adds the run to the memory. Returns the belief with that memory, and a sentence about the lesson."""
     place = arguments.memory
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
@@ -244,10 +241,7 @@ def load_robot_of(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
 
 
 def find_flange_of(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
-    """Finds the frame in which the controller expects a payload.
-
-    If there is none, returns the reason.
-    """
+    """Finds the frame in which the controller expects a payload. If there is none, returns the reason."""
     if loaded.description.kind is SignalKind.WRENCH and not arguments.flange:
         return f"a controller accepts no payload in the sensor frame {robot.tip} (name the flange: --flange NAME)"
     flange = find_flange(robot, arguments.flange or "", loaded.description.base or None)

@@ -229,10 +229,7 @@ def _print_event(arguments: argparse.Namespace, program: _Program, event: LiveEv
 
 
 def _follow_foreign(arguments: argparse.Namespace) -> int:
-    """Starts somebody else's robot in separate processes.
-
-    The robot records empty runs, then it works.
-    """
+    """Starts somebody else's robot in separate processes. The robot records empty runs, then it works."""
     name = arguments.demo
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)

@@ -23,10 +23,7 @@ _UNITS = ("kg", "m", "m", "m", "N", "N", "N", "N m", "N m", "N m")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Weighs, prints and writes the result.
-
-    The exit status is 0, or 3 if it is not trusted or shows no mass.
-    """
+    """Weighs, prints and writes the result. The exit status is 0, or 3 if it is not trusted or shows no mass."""
     check_target(arguments.write, arguments.draws)
     if not np.isfinite(arguments.gravity).all() or not np.any(arguments.gravity):
         raise BadValueError("--gravity", "", f"is {arguments.gravity}, must be a direction of finite numbers")

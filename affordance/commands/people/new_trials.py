@@ -18,10 +18,7 @@ _PARTICIPANTS, _BOUND = 8, Whole(1, 10_000)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the table unless it exists, and a folder for each format.
-
-    Prints if orders are balanced.
-    """
+    """Writes the table unless it exists, and a folder for each format. Prints if orders are balanced."""
     check_bounds(arguments)
     path, robot, lines = arguments.file, open_robot(arguments), []
     check_own_name(path)

@@ -34,10 +34,7 @@ _NAMES_OF_PARTS = 2
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measures an object, prints and writes it.
-
-    The exit status is 0, or 3 if an outline is needed.
-    """
+    """Measures an object, prints and writes it. The exit status is 0, or 3 if an outline is needed."""
     if arguments.demo is not None:
         return _write_demo(arguments)
     for name in ("colour", "depth", "camera"):
@@ -160,10 +157,7 @@ def _expect_mass(tool: Tool) -> dict[str, float]:
 
 
 def _describe(content: dict[str, Any]) -> Iterator[str]:
-    """Describes the answer line by line.
-
-    The first line is the main result.
-    """
+    """Describes the answer line by line. The first line is the main result."""
     volume, litres = content["volume"], 1e3
     form = "one solid" if len(content["parts"]) == 1 else "two solids along its longest axis"
     sizes = " and ".join(

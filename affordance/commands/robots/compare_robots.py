@@ -23,10 +23,7 @@ DIFFERENT = 3
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the comparison and returns the exit status.
-
-    The status is DIFFERENT if anything differs, else 0.
-    """
+    """Prints the comparison and returns the exit status. The status is DIFFERENT if anything differs, else 0."""
     arms = read_joints(arguments.one, arguments.tip), read_joints(arguments.other, arguments.other_tip)
     found = compare(*arms, same_tip=bool(arguments.tip and arguments.other_tip))
     differing = [name for name in NAMES if any(name in each.differing for each in found.joints)]
@@ -81,10 +78,7 @@ def _describe(compared: Sequence[Compared], name: str) -> str:
 
 
 def _show(each: Compared, name: str) -> str:
-    """Formats a number of both joints.
-
-    Equal numbers appear once; a distance appears unless it is rounding.
-    """
+    """Formats a number of both joints. Equal numbers appear once; a distance appears unless it is rounding."""
     if name not in STATED:
         return format_number(each.apart[name], 2) if name in each.differing else ""
     shown = [_show_stated(getattr(joint, name)) for joint in (each.one, each.other)]

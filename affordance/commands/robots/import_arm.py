@@ -59,10 +59,7 @@ def _read_options(arguments: argparse.Namespace) -> ImportOptions:
 
 
 def _split(option: str, words: list[str], sign: str) -> dict[str, str]:
-    """Splits words such as ``prefix:=left_`` at a sign.
-
-    A word without it raises a BadValueError.
-    """
+    """Splits words such as ``prefix:=left_`` at a sign. A word without it raises a BadValueError."""
     pairs = [word.partition(sign) for word in words]
     if wrong := [word for word, pair in zip(words, pairs, strict=True) if not (pair[0] and pair[1])]:
         raise BadValueError(option, "", f"is {wrong[0]!r}, must be a name, {sign} and a value")

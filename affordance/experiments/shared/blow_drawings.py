@@ -116,10 +116,7 @@ def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: 
 
 
 def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Figure:
-    """Plots the force on the nail and its travel around the strike for each grip.
-
-    The required peak is in [N].
-    """
+    """Plots the force on the nail and its travel around the strike for each grip. The required peak is in [N]."""
     figure = Figure(figsize=(7.2, 5.4))
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
     last = 0.0

@@ -83,10 +83,7 @@ def plan_blows(
 def _plan(
     setup: Setup, tools: Sequence[Tool], task: Hammer, settings: Settings, file: Path, description: str
 ) -> dict[str, Choice]:
-    """Plans the blow with each grip.
-
-    If no swing can deliver it with some grip, a BadValueError is raised.
-    """
+    """Plans the blow with each grip. If no swing can deliver it with some grip, a BadValueError is raised."""
     with blame(file, "blow", FAILURE):
         choices = plan_grips(tools, task, settings, seed=setup.seed, jobs=setup.jobs, description=description)
     for choice in choices.values():

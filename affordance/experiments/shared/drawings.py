@@ -41,10 +41,7 @@ def draw_density_and_drop(data: xr.Dataset, drop: xr.DataArray, tools: Sequence[
 
 
 def draw_heights(data: xr.Dataset, seed: int) -> Figure:
-    """Plots figure 4: height of each object over time.
-
-    The last object is the decoy.
-    """
+    """Plots figure 4: height of each object over time. The last object is the decoy."""
     return figures.draw_heights(
         times=data.time.values,
         shown=data.height.values[OBSERVER_SHOWN],
@@ -76,10 +73,7 @@ def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: in
 
 
 def draw_made_and_seen(tools: Sequence[Tool]) -> Figure:
-    """Draws figure 5: the objects, and the decoy as it looks and as it is made.
-
-    The decoy is the last object.
-    """
+    """Draws figure 5: the objects, and the decoy as it looks and as it is made. The decoy is the last object."""
     *honest, decoy = tools
     drawings = [Drawing(tool, f"{number}: {label(tool.name)}") for number, tool in enumerate(honest, start=1)]
     name = f"{len(tools)}: {label(decoy.name)}"
@@ -136,10 +130,7 @@ def replay_holds(tools: Sequence[Tool], records: Sequence[TrialRecord], settings
 
 
 def _describe(tool: Tool) -> str:
-    """Describes an object by name and mass.
-
-    A decoy is also described by its look and its material.
-    """
+    """Describes an object by name and mass. A decoy is also described by its look and its material."""
     made, looks = (
         " and ".join(dict.fromkeys(getattr(part, name).name for part in tool.components))
         for name in ("material", "looks_like")

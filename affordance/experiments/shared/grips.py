@@ -152,10 +152,7 @@ def choose_before_experience(choice: Choice, colours: tuple[Colour, ...], seed: 
 
 
 def find_cheaper_grip(simulated: Mapping[str, SimulatedTask]) -> str:
-    """Finds the grip of least absolute work.
-
-    All grips are known to complete the task.
-    """
+    """Finds the grip of least absolute work. All grips are known to complete the task."""
     return min(simulated, key=lambda grip: simulated[grip].work)
 
 
@@ -171,20 +168,14 @@ def check_one_grip_is_cheaper(file: Path, tool: Tool, works: Sequence[float]) ->
 
 
 def check_two_grips(file: Path, tools: Sequence[Tool]) -> None:
-    """Checks that every tool has exactly two grips.
-
-    Otherwise a BadValueError is raised.
-    """
+    """Checks that every tool has exactly two grips. Otherwise a BadValueError is raised."""
     for tool in tools:
         if len(tool.grips) != 2:
             raise BadValueError(file, f"tools: {tool.name}.grips", f"has {len(tool.grips)} entries, must have 2")
 
 
 def check_colours_known(file: Path, tools: Sequence[Tool], held: Sequence[Tool], held_file: Path) -> None:
-    """Checks that the held objects have every look of the tools.
-
-    Otherwise a BadValueError is raised.
-    """
+    """Checks that the held objects have every look of the tools. Otherwise a BadValueError is raised."""
     known = {part.looks_like.colour for tool in held for part in tool.components}
     for tool in tools:
         unknown = {part.looks_like.name for part in tool.components if part.looks_like.colour not in known}

@@ -140,18 +140,12 @@ def select_columns(lifts: pd.DataFrame) -> pd.DataFrame:
 
 
 def show_kinds(kinds: NDArray[np.intp]) -> pd.Series:
-    """Formats the numbers of kinds.
-
-    Cells are empty where the learner has no kinds.
-    """
+    """Formats the numbers of kinds. Cells are empty where the learner has no kinds."""
     return pd.Series(kinds, dtype="Int64").replace(0, pd.NA)
 
 
 def compute_surprise(p_values: Array) -> Array:
-    """Computes minus the decimal logarithm of p-values, at most 300.
-
-    NaN stays NaN.
-    """
+    """Computes minus the decimal logarithm of p-values, at most 300. NaN stays NaN."""
     return -np.log10(np.maximum(p_values, _LEAST_P_VALUE))
 
 

@@ -37,10 +37,7 @@ def check_no_grips(file: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_honest(file: Path, tools: Sequence[Tool]) -> None:
-    """Checks that every part looks like its material.
-
-    A part with another look raises a BadValueError.
-    """
+    """Checks that every part looks like its material. A part with another look raises a BadValueError."""
     for tool in tools:
         for i, part in enumerate(tool.components):
             if part.looks_like != part.material:

@@ -68,9 +68,7 @@ class ObserverNumbers(NamedTuple):
 def measure_learners(
     setup: Setup, measure: Callable[[Setup], Mapping[str, Any]], meanings: Mapping[str, str]
 ) -> ObserverNumbers:
-    """Computes the numbers of each observer for every learner.
-
-    Only numbers with a meaning are kept.
+    """Computes the numbers of each observer for every learner. Only numbers with a meaning are kept.
 
     A number of each observer is an array, or a Measure.
     """

@@ -18,7 +18,7 @@ from affordance.files.constraints import SEEDS, check_fields
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import compute_key, run_batches
+from affordance.runs.repeats import compute_key, run_batches, stack_repeats
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 # Observer that figures, motions and the replay show in detail.
@@ -63,10 +63,7 @@ class Setup:
     remember: Callable[[Any], None] = field(default=remember_nothing, metadata={"reports": True})
 
     def __post_init__(self) -> None:
-        """Checks the fields, and converts texts to paths.
-
-        A wrong value raises a BadArgumentError.
-        """
+        """Checks the fields, and converts texts to paths. A wrong value raises a BadArgumentError."""
         check_fields(self)
 
     def change(self, **settings: Any) -> "Setup":
@@ -126,7 +123,7 @@ def run_observers(
         unit=unit,
         at_once=at_once or 1,
     )
-    return _join(arrays)
+    return _join(stack_repeats(arrays))
 
 
 def _observe_each(observe: Callable[[int], xr.Dataset], observers: Sequence[int]) -> list[xr.Dataset]:
@@ -134,10 +131,7 @@ def _observe_each(observe: Callable[[int], xr.Dataset], observers: Sequence[int]
 
 
 def _observe(observe: Callable[[Sequence[int]], Sequence[xr.Dataset]], observers: Sequence[int]) -> list[Arrays]:
-    """Runs observers.
-
-    Returns each observer's arrays by name, with dimensions and attributes as JSON.
-    """
+    """Runs observers. Returns each observer's arrays by name, with dimensions and attributes as JSON."""
     return [_list_arrays(found.reset_coords()) for found in observe(observers)]
 
 
@@ -148,10 +142,7 @@ def _list_arrays(found: xr.Dataset) -> Arrays:
 
 
 def _join(arrays: Arrays) -> xr.Dataset:
-    """Joins the arrays of all observers.
-
-    Coordinates come from the first observer.
-    """
+    """Joins the arrays of all observers. Coordinates come from the first observer."""
     labels = json.loads(str(arrays[_LABELS][0]))
     data: dict[str, Any] = {}
     coords: dict[str, Any] = {}

@@ -114,10 +114,7 @@ def write_results(results: Results, name: str, setup: Setup, start: float) -> No
 
 
 def _list_steps(results: Results, folder: Path, setup: Setup) -> dict[str, Callable[[], object]]:
-    """Lists functions that write the files of an experiment, by name.
-
-    Section and numbers are excluded.
-    """
+    """Lists functions that write the files of an experiment, by name. Section and numbers are excluded."""
 
     def write_data(path: Path) -> None:
         assert isinstance(results.data, xr.Dataset)
@@ -184,10 +181,7 @@ def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section
 
 
 def describe_faults(faults: Faults) -> str:
-    """Describes the active faults in a sentence.
-
-    The text is empty without faults.
-    """
+    """Describes the active faults in a sentence. The text is empty without faults."""
     active = [
         f"{each.name} {getattr(faults, each.name)}"
         for each in fields(Faults)
@@ -213,10 +207,7 @@ def describe_setup(settings: Settings, learners: Sequence[str] = ()) -> dict[str
 
 
 def _warn(name: str, numbers: Mapping[str, Any]) -> None:
-    """Logs rejected samples, and 5-sigma outliers.
-
-    The last object, the decoy, does not count as an outlier.
-    """
+    """Logs rejected samples, and 5-sigma outliers. The last object, the decoy, does not count as an outlier."""
     rejected = numbers.get("samples_rejected_test", numbers.get("samples_rejected"))
     outliers = numbers.get("trials_outlier_test", numbers.get("trials_outlier"))
     if rejected is None or outliers is None or not hasattr(outliers, "__len__"):

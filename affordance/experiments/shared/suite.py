@@ -52,10 +52,7 @@ class SuiteResult(NamedTuple):
 
 
 def find_experiment(name: str) -> Experiment:
-    """Returns one of the paper's experiments by name.
-
-    An unknown name raises a BadArgumentError.
-    """
+    """Returns one of the paper's experiments by name. An unknown name raises a BadArgumentError."""
     if name not in OF_THE_PAPER:
         raise BadArgumentError("experiment", "", describe_choice(name, OF_THE_PAPER))
     # Imported here, so that nobody waits for the others.
@@ -137,9 +134,7 @@ def run_suite(
 
 
 def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
-    """Runs one observer and the whole analysis into a temporary folder.
-
-    The analysis includes figures and report.
+    """Runs one observer and the whole analysis into a temporary folder. The analysis includes figures and report.
 
     The observer is stored, so it does not run again. A ``run`` that does not return Results raises a BadValueError.
     """

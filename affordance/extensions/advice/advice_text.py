@@ -28,10 +28,7 @@ type Content = Mapping[str, Any]
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
-    """Returns a function that names the material of a colour.
-
-    It is one that the tools show, or else the nearest.
-    """
+    """Returns a function that names the material of a colour. It is one that the tools show, or else the nearest."""
     shown: dict[Colour, str] = {
         part.looks_like.colour: part.looks_like.name for tool in tools for part in tool.components
     }
@@ -209,10 +206,7 @@ def _name_material(name: str) -> str:
 
 
 def _tabulate(content: Content, width: int) -> list[str]:
-    """Formats the options as a table.
-
-    ``width`` limits it; intervals are 90 %, peaks are 95 % quantiles.
-    """
+    """Formats the options as a table. ``width`` limits it; intervals are 90 %, peaks are 95 % quantiles."""
     of_cost = _COST_TITLES.get(Criterion(content["by"]), "")
     rows = [["", "work (J)", of_cost, "P(best)", "P(feasible)", "torque share", "force (N)", "moment (N m)"]]
     inner, notes = max(width - 2, 1) if width else 0, []

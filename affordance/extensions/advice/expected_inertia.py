@@ -134,10 +134,7 @@ _EXACT, _EXACT_LENGTH = 0.02, 1e-3
 
 
 def build_expectations(expected: Sequence[Expectation]) -> list[dict[str, Any]]:
-    """Builds the JSON content of expected inertias of objects and parts, in SI units.
-
-    The order is kept.
-    """
+    """Builds the JSON content of expected inertias of objects and parts, in SI units. The order is kept."""
     return [{**_build(each.whole), "parts": [_build(part) for part in each.parts]} for each in expected]
 
 

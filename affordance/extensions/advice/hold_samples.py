@@ -55,10 +55,7 @@ class HoldSamples:
         rng: np.random.Generator,
         looks: Mapping[str, Sequence[PartAppearance]] | None = None,
     ) -> None:
-        """Recognises all objects, given by their parts.
-
-        ``looks`` has the names of held objects.
-        """
+        """Recognises all objects, given by their parts. ``looks`` has the names of held objects."""
         prior = settings.prior
         self._objects, self._prior, self._rng = objects, prior, rng
         for parts in objects.values():
@@ -140,10 +137,7 @@ class HoldSamples:
         return self._own[name]
 
     def build_geometry(self, name: str, X_TG: Array | None = None) -> Geometry:
-        """Builds an object's geometry with one column per material.
-
-        The frame is the object's own, or a grip's.
-        """
+        """Builds an object's geometry with one column per material. The frame is the object's own, or a grip's."""
         geometry = measure_geometry(self._objects[name], self._columns[name], self._belief.size)
         if X_TG is None:
             return geometry

@@ -61,10 +61,7 @@ class PossibleHold(NamedTuple):
         return load
 
     def compute_probability(self, static: StaticHold, limits: JointLimits) -> float:
-        """Computes the probability that the arm can hold the object.
-
-        Torque limits decide.
-        """
+        """Computes the probability that the arm can hold the object. Torque limits decide."""
         return float((limits.compute_loads(static.tau_arm + self.compute_load(static)) <= 1.0).all(axis=1).mean())
 
 
@@ -79,9 +76,7 @@ class Decision(NamedTuple):
     infeasible_reasons: tuple[str, ...]  # why an option is not usable; empty if it is
 
     def price_failure(self) -> float:
-        """Computes the cost of an infeasible sample.
-
-        The cost is twice the mean cost of the most expensive option.
+        """Computes the cost of an infeasible sample. The cost is twice the mean cost of the most expensive option.
 
         The cost is 0 if no option is feasible in any sample.
         """
@@ -101,10 +96,7 @@ class Decision(NamedTuple):
         return np.where(usable, self.cost, np.maximum(least, np.where(usable, self.cost, 0.0)))
 
     def mark_best(self) -> Array:
-        """Marks the cheapest feasible option of each sample with 1, (k, S).
-
-        Ties are divided equally.
-        """
+        """Marks the cheapest feasible option of each sample with 1, (k, S). Ties are divided equally."""
         cost = np.where(self.feasible, self.cost, np.inf)
         least = cost.min(axis=0)
         equal = np.isfinite(cost) & (cost <= least + _TIE * np.abs(least))
@@ -195,10 +187,7 @@ class PricedDecisions:
 
 
 def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
-    """Computes the worth of several holds before a choice.
-
-    The holds' percepts are (S, r) each.
-    """
+    """Computes the worth of several holds before a choice. The holds' percepts are (S, r) each."""
     Q = _orthonormalise(_expand(np.hstack(percepts)))
     owns = [Q[fold] for fold in priced.folds]
     products = np.array([own.T @ cost for own, cost in zip(owns, priced.costs, strict=True)])
@@ -237,9 +226,7 @@ class Outlook:
         return (best, worths[best]) if best and worths[best] > 0.0 else (None, 0.0)
 
     def look_ahead(self, names: Sequence[str], settled: Array, least: float) -> tuple[tuple[str, ...], Array]:
-        """Plans a sequence of holds greedily.
-
-        Each step adds the object with the largest joint worth.
+        """Plans a sequence of holds greedily. Each step adds the object with the largest joint worth.
 
         Args:
             names: Names of the first holds.
@@ -285,10 +272,7 @@ def compute_information(
 
 
 def _expand(percept: Array) -> Array:
-    """Computes products of up to three percept variables, (S, r).
-
-    Returns (S, number of products).
-    """
+    """Computes products of up to three percept variables, (S, r). Returns (S, number of products)."""
     centred = percept - percept.mean(axis=0)
     t = np.tanh(centred / np.maximum(percept.std(axis=0), np.finfo(float).tiny) / _TAIL)
     columns = [np.ones(len(t))]
@@ -301,10 +285,7 @@ def _expand(percept: Array) -> Array:
 
 
 def _orthonormalise(columns: Array) -> Array:
-    """Computes an orthonormal basis, (S, r), of the span of columns, (S, p).
-
-    The rank is r.
-    """
+    """Computes an orthonormal basis, (S, r), of the span of columns, (S, p). The rank is r."""
     lengths = np.linalg.norm(columns, axis=0)
     Q, R = np.linalg.qr(columns / np.maximum(lengths, np.finfo(float).tiny))
     u, s, _ = np.linalg.svd(R)

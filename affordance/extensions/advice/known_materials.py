@@ -23,10 +23,7 @@ _CERTAIN_SD = 1e-3
 
 
 class NamedBelief(NamedTuple):
-    """Belief about the materials of tools, with names by source.
-
-    Names are in the order of the tools.
-    """
+    """Belief about the materials of tools, with names by source. Names are in the order of the tools."""
 
     memory: MaterialMemory
     known: tuple[str, ...]  # materials with their handbook density
@@ -103,10 +100,7 @@ def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Materia
 
 
 def learn_weighings(memory: MaterialMemory, objects: Mapping[str, Option], prior: Prior) -> MaterialMemory:
-    """Learns from weighings of objects as from holds.
-
-    Each object is given by one of its options.
-    """
+    """Learns from weighings of objects as from holds. Each object is given by one of its options."""
     for option in objects.values():
         if option.weighings:
             recollection = memory.recall([part.appearance for part in option.features], prior)

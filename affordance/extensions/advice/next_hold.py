@@ -282,10 +282,7 @@ def advise_hold(
 def _rank(
     candidates: Sequence[Tool], samples: HoldSamples, decisions: Sequence[Decision], settings: Settings, seed: int
 ) -> tuple[tuple[RankedHold, ...], Outlook]:
-    """Ranks objects by the worth of holding them.
-
-    Also prepares the samples for planning further ahead.
-    """
+    """Ranks objects by the worth of holding them. Also prepares the samples for planning further ahead."""
     arm, noise = load_arm(settings.arm), settings.noise
     static, priced = StaticHold(arm), PricedDecisions(decisions)
     sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))

@@ -226,10 +226,7 @@ class Ledger:
         return self.add(trials).new
 
     def add(self, trials: Sequence[TrialEvidence]) -> Appended:
-        """Adds trials like ``append``.
-
-        Returns the numbers of new trials and of replaced records.
-        """
+        """Adds trials like ``append``. Returns the numbers of new trials and of replaced records."""
         for i, trial in enumerate(check_kind("trials", trials, Sequence, "a list of TrialEvidence")):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
         records = (json.dumps(trial.to_dict()) for trial in sorted(trials, key=lambda each: each.time + each.digest))
@@ -283,9 +280,7 @@ class Ledger:
             return Experience(start_memory(learner).remember(lifts, prior), tuple(things.values()))
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
-        """Lists the selected trials, or all, in the order of their times.
-
-        Colours are as seen.
+        """Lists the selected trials, or all, in the order of their times. Colours are as seen.
 
         Raises:
             BadArgumentError: A time of the selection is invalid, or the id of a trial is too short.
@@ -354,10 +349,7 @@ class Ledger:
             self._connection.executemany("INSERT INTO joins VALUES (?, ?)", rows)
 
     def list_joins(self) -> list[tuple[str, str]]:
-        """Lists the joined colours in hexadecimal.
-
-        Each pair is a colour, and the colour as which it is read.
-        """
+        """Lists the joined colours in hexadecimal. Each pair is a colour, and the colour as which it is read."""
         with self._reads():
             rows = self._connection.execute("SELECT colour, meant FROM joins ORDER BY rowid").fetchall()
         if not all(is_colour(str(each)) for row in rows for each in row):
@@ -403,10 +395,7 @@ class Ledger:
             return self._connection.execute(query, values).fetchall()
 
     def _read(self, selection: Selection = ALL) -> Iterator[TrialEvidence]:
-        """Reads the selected trials in the order of their times.
-
-        An invalid record raises a BadValueError.
-        """
+        """Reads the selected trials in the order of their times. An invalid record raises a BadValueError."""
         return (read_record(self.place, f"trial {key}", text) for key, text in self._read_records(selection))
 
     def _read_joined(self) -> Iterable[TrialEvidence]:
@@ -450,9 +439,7 @@ class Ledger:
 
     @contextmanager
     def _transact(self, *, writes: bool) -> Iterator[None]:
-        """Runs one transaction.
-
-        A failure leaves the database unchanged, and its errors raise a BadValueError.
+        """Runs one transaction. A failure leaves the database unchanged, and its errors raise a BadValueError.
 
         A transaction that writes waits for other writers at its start, because it could not wait later.
         """
@@ -521,9 +508,7 @@ def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior
 
 
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
-    """Counts a robot's trials with an arm other than its present one.
-
-    The count is 0 without a memory.
+    """Counts a robot's trials with an arm other than its present one. The count is 0 without a memory.
 
     ``recognise`` computes the fingerprint of its present arm; it is called only if there are trials.
     """
@@ -534,26 +519,17 @@ def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int
 
 
 def count_of(robot: ArmOwner, place: str | None) -> int:
-    """Counts a robot's trials with a different arm in a memory.
-
-    The count is 0 without a memory.
-    """
+    """Counts a robot's trials with a different arm in a memory. The count is 0 without a memory."""
     return count_past_arms(place or "", name_robot(robot.directives), lambda: robot.chain.fingerprint)
 
 
 def describe_past_arms(robot: str, number: int) -> str:
-    """Describes the number of trials with a different arm.
-
-    The text is empty without such trials.
-    """
+    """Describes the number of trials with a different arm. The text is empty without such trials."""
     return f"{robot} had another arm in {number} of its trials, which still count for materials" if number else ""
 
 
 def _check_place(place: Path | str, *, create: bool) -> Path:
-    """Returns the path of a memory.
-
-    Any other file, or one that cannot be created, is rejected.
-    """
+    """Returns the path of a memory. Any other file, or one that cannot be created, is rejected."""
     if not isinstance(place, str | Path) or not str(place):
         raise BadArgumentError("place", "", f"is {place!r}, must be the path of an SQLite file")
     path = Path(place)

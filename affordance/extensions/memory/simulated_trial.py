@@ -48,9 +48,7 @@ def describe_trial(record: TrialRecord) -> TrialEvidence | None:
 
 
 def remember_in(setup: "Setup", place: Path | str) -> "Setup":
-    """Returns the setup of an observer who begins with a lasting memory.
-
-    New trials are added to it.
+    """Returns the setup of an observer who begins with a lasting memory. New trials are added to it.
 
     The number of remembered trials is added to the seed, so that no measurement error is drawn twice; beyond the
     largest seed, counting starts again at 0. The settings must not be changed afterwards, because the learner's
@@ -79,10 +77,7 @@ def remember_in(setup: "Setup", place: Path | str) -> "Setup":
 
 
 def _append(place: str, run: str, record: TrialRecord) -> None:
-    """Appends a trial if something was felt in it.
-
-    A file that cannot be written raises a BadValueError.
-    """
+    """Appends a trial if something was felt in it. A file that cannot be written raises a BadValueError."""
     if (evidence := describe_trial(record)) is not None:
         with open_memory(place) as ledger:
             ledger.append([evidence])

@@ -20,10 +20,7 @@ _STEP = 1e-4
 
 
 class ExperienceSummary(NamedTuple):
-    """Experience behind a belief: trials, robots, and time of the first trial.
-
-    The time is UTC in ISO 8601.
-    """
+    """Experience behind a belief: trials, robots, and time of the first trial. The time is UTC in ISO 8601."""
 
     trials: int
     robots: tuple[str, ...]
@@ -84,10 +81,7 @@ def summarise(ledger: Ledger, prior: Prior) -> MemorySummary:
 
 
 def name_things(things: Sequence[FeltThing]) -> list[str]:
-    """Names each thing by all names in its trials.
-
-    A number distinguishes things of the same name.
-    """
+    """Names each thing by all names in its trials. A number distinguishes things of the same name."""
     names: list[str] = []
     for thing in things:
         joined = ", ".join(thing.names)

@@ -68,10 +68,7 @@ class PayloadQuadratic:
         return NUM_PARAMETERS * (NUM_PARAMETERS + 1)
 
     def describe(self, features: Array, num_samples: int, num_joints: int, geometry: Geometry) -> Felt:
-        """Converts the quadratic to evidence.
-
-        The log likelihood of the best-fitting parameters is zero.
-        """
+        """Converts the quadratic to evidence. The log likelihood of the best-fitting parameters is zero."""
         of_body = unpack(features).restrict(np.eye(NUM_PARAMETERS))
         return Felt.from_quadratic(of_body, geometry.Phi, geometry.Phi_errors)
 
@@ -88,10 +85,7 @@ def unpack(features: Array) -> Quadratic:
 
 
 def gather(geometry: Geometry, columns: Sequence[int]) -> Geometry:
-    """Combines the columns of parts with a common density.
-
-    ``columns`` is the index of each part's density.
-    """
+    """Combines the columns of parts with a common density. ``columns`` is the index of each part's density."""
     selection = np.array(columns)[:, None] == np.arange(max(columns) + 1)
     return Geometry(geometry.Phi @ selection, geometry.Phi_errors @ selection)
 
@@ -205,10 +199,7 @@ class TrialEvidence:
 
     @cached_property
     def id(self) -> str:
-        """Digest of the recording or, without one, of the features.
-
-        The digest makes a trial count only once.
-        """
+        """Digest of the recording or, without one, of the features. The digest makes a trial count only once."""
         digest = hashlib.sha256(self.source_hash.encode() or self._digest_content())
         return digest.hexdigest()[:24]
 
@@ -282,10 +273,7 @@ def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
 def _check_bounded(
     name: str, values: ArrayLike, shape: Sequence[int | None], low: float, high: float, unit: str = ""
 ) -> Array:
-    """Checks that all numbers in an array are within bounds.
-
-    Returns a read-only copy.
-    """
+    """Checks that all numbers in an array are within bounds. Returns a read-only copy."""
     array = check_array(name, values, shape).copy()
     for place in np.argwhere((array < low) | (array > high))[:1]:
         where = "".join(f"[{each}]" for each in place)
@@ -385,17 +373,12 @@ def read_record(path: Path, key: str, text: str) -> TrialEvidence:
 
 
 def show_time(moment: datetime) -> str:
-    """Formats a time in UTC, ISO 8601 with microseconds.
-
-    Strings then sort by time.
-    """
+    """Formats a time in UTC, ISO 8601 with microseconds. Strings then sort by time."""
     return moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
 
 
 def read_time(name: str, text: str) -> str:
-    """Parses a date or time, and formats it like ``show_time``.
-
-    The time is in UTC unless it has an offset.
+    """Parses a date or time, and formats it like ``show_time``. The time is in UTC unless it has an offset.
 
     Raises:
         BadArgumentError: If it cannot be parsed, or is before the first allowed year.

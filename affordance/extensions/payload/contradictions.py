@@ -199,10 +199,7 @@ def _judge(fit: _Fit) -> Mask:
 
 
 def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> float:
-    """Finds the delay of the signals, [s].
-
-    The delay is zero unless another time fits much better.
-    """
+    """Finds the delay of the signals, [s]. The delay is zero unless another time fits much better."""
     if not used.any() or not prepared.v.any():
         return 0.0
     inside = (thin.times >= thin.times[0] - _LAGS[0]) & (thin.times <= thin.times[-1] - _LAGS[-1])

@@ -168,10 +168,7 @@ def find_doubts(
 
 
 def compare_with_own_weight(robot: SerialChain, run: Run, settings: IdentificationSettings) -> OwnWeight:
-    """Compares joint signals with the torques of the arm alone.
-
-    Gravity is the run's.
-    """
+    """Compares joint signals with the torques of the arm alone. Gravity is the run's."""
     robot = robot.with_gravity(run.description.gravity)
     prepared = prepare(run, settings)
     torque = robot.compute_arm_torques(*prepared.motion)
@@ -229,10 +226,7 @@ def _judge_controller(
 
 
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:
-    """Checks that a run is long enough to determine the gains.
-
-    A weighed load or a repeated motion passes.
-    """
+    """Checks that a run is long enough to determine the gains. A weighed load or a repeated motion passes."""
     duration = float(run.times[-1] - run.times[0])
     if not before.is_by_weight or belief.fit.evidence.is_repeated:
         return
@@ -326,10 +320,7 @@ def _find_stuck(run: Run) -> Iterator[str]:
 def _judge_fit(
     robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Checks gains, residual and halves of a joint fit.
-
-    Yields one sentence per doubt.
-    """
+    """Checks gains, residual and halves of a joint fit. Yields one sentence per doubt."""
     evidence = belief.fit.evidence
     torque_sd = evidence.arm_torque.std(axis=0)
     strength = _compute_strength(robot)
@@ -361,10 +352,7 @@ def _judge_fit(
 def _judge_wrench(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Checks tare, mass, gains, residual and halves of a wrist fit.
-
-    Yields one sentence per doubt.
-    """
+    """Checks tare, mass, gains, residual and halves of a wrist fit. Yields one sentence per doubt."""
     evidence = belief.fit.evidence
     tare, tare_sd = evidence.phantom[0], np.sqrt(evidence.phantom_covariance[0, 0])
     if tare < -_MOST_HALF_SDS * tare_sd:
@@ -403,10 +391,7 @@ def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
 
 
 def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
-    """Compares the identified mass with the weighed mass.
-
-    A mass that calibrated the gains is not compared.
-    """
+    """Compares the identified mass with the weighed mass. A mass that calibrated the gains is not compared."""
     if belief.reference_mass is not None and belief.calibration is None:
         apart = abs(belief.mass - belief.reference_mass)
         if apart > max(_MOST_SHIFT * belief.mass_sd, _MOST_HALF_ERROR * belief.reference_mass):
@@ -417,10 +402,7 @@ def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
 
 
 def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> Iterator[str]:
-    """Compares errors with those of other runs.
-
-    The other runs calibrated the gains or show the empty arm.
-    """
+    """Compares errors with those of other runs. The other runs calibrated the gains or show the empty arm."""
     fit = belief.fit
     bare = replace(fit.evidence, least_variance=np.zeros(1)).build_error_model(settings)
     variance = bare.estimate_variance(fit.statistics, fit.weights)
@@ -448,9 +430,7 @@ def _judge_changes(
     judged: NDArray[np.intp],
     settings: IdentificationSettings,
 ) -> Iterator[str]:
-    """Tests if gains changed since the empty run.
-
-    Judged joints are tested together, then one by one.
+    """Tests if gains changed since the empty run. Judged joints are tested together, then one by one.
 
     Only repeated motions are tested, because errors of a fitted arm or of a few postures look like such a change.
     """
@@ -477,10 +457,7 @@ def _judge_changes(
 def _judge_halves(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Compares the masses from the two halves of the run.
-
-    Gains are the same for both, or from the other half.
-    """
+    """Compares the masses from the two halves of the run. Gains are the same for both, or from the other half."""
     if belief.calibration is not None:
         halves = belief.halves
         if (
@@ -534,10 +511,7 @@ def _judge_gains(robot: SerialChain, belief: PayloadBelief, judged: Mask) -> Ite
 
 
 def _leaves_much(belief: PayloadBelief) -> bool:
-    """Returns True if much of the load's signal is unexplained.
-
-    Only joints that the load affects count.
-    """
+    """Returns True if much of the load's signal is unexplained. Only joints that the load affects count."""
     load_sd = (belief.fit.evidence.samples.Y @ belief.parameters).std(axis=0)
     turned = load_sd >= _LEAST_LOAD_TORQUE * load_sd.max()
     left = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * load_sd, 1e-30)
@@ -585,10 +559,7 @@ def _compare_alternatives(
 
 
 def _compute_strength(robot: SerialChain) -> float:
-    """Computes the strongest joint's gravity torque, [N m].
-
-    The torque is the root mean square over all postures.
-    """
+    """Computes the strongest joint's gravity torque, [N m]. The torque is the root mean square over all postures."""
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (_NUM_POSTURES, robot.num_joints))
     torque = robot.compute_arm_torques(q, np.zeros_like(q), np.zeros_like(q))
     return max(float(np.sqrt((torque**2).mean(axis=0)).max()), 1e-9)

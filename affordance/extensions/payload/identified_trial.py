@@ -47,9 +47,7 @@ def build_identified_trial(
 
 
 def teach(place: str, trial: TrialEvidence, prior: Prior) -> tuple[MaterialMemory, bool]:
-    """Adds a trial to a lasting memory.
-
-    Returns the new belief, and True if the trial was new.
+    """Adds a trial to a lasting memory. Returns the new belief, and True if the trial was new.
 
     Args:
         place: Path of the memory that learns.

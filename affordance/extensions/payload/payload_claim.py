@@ -120,9 +120,7 @@ def _measure_torques(squares: Array, moments: Array) -> Array:
 
 
 def _measure_plausibility(away: Array, weights: Array) -> float:
-    """Computes the probability of deviations beyond the nearest tolerated one.
-
-    Distance is from their mean.
+    """Computes the probability of deviations beyond the nearest tolerated one. Distance is from their mean.
 
     Deviations from the setting in mass and first moment are in units of their tolerances, shape (N, 4). A deviation
     is within the tolerance if its first number is from -1 to 1 and the vector of the others has a length of at most
@@ -150,10 +148,7 @@ def _find_nearest(precision: Array, mean: Array) -> Array:
 
 
 def _find_nearest_vector(precision: Array, mean: Array) -> Array:
-    """Finds the vector of length up to 1 nearest to a mean, (3,).
-
-    The precision is (3, 3).
-    """
+    """Finds the vector of length up to 1 nearest to a mean, (3,). The precision is (3, 3)."""
     if np.linalg.norm(mean) <= 1.0:
         return mean
     values, vectors = np.linalg.eigh(precision)

@@ -111,9 +111,7 @@ def read_estimate(path: Path) -> Estimate:
 
 
 def compare_estimates(first: Estimate, second: Estimate) -> Comparison:
-    """Compares the parameters that two payloads state.
-
-    If their frames differ, only the masses are compared.
+    """Compares the parameters that two payloads state. If their frames differ, only the masses are compared.
 
     Raises:
         BadValueError: Neither has an uncertainty.

@@ -26,10 +26,7 @@ _SCALES = np.array([1.0, 1e2, 1e2, 1e2, *[1e4] * 6])
 
 
 def draw_fit(fit: PayloadFit) -> Figure:
-    """Plots the load's contribution to each channel, the fit, and the residual.
-
-    The axis is time or posture.
-    """
+    """Plots the load's contribution to each channel, the fit, and the residual. The axis is time or posture."""
     evidence = fit.evidence
     z = evidence.samples.build_columns()  # (C, N, 27)
     residual = np.einsum("cni,ci->nc", z, fit.weights)

@@ -37,10 +37,7 @@ _TRANSITION = 0.5  # time in which a UR's controller changes to the new payload,
 
 
 class PayloadSetting(NamedTuple):
-    """Payload setting of a controller in a frame T.
-
-    T is the flange, or the tip of the identification.
-    """
+    """Payload setting of a controller in a frame T. T is the flange, or the tip of the identification."""
 
     mass: float  # mass, [kg]
     centre_of_mass: Array  # centre of mass p_TTcm, shape (3,), [m]
@@ -51,10 +48,7 @@ class PayloadSetting(NamedTuple):
 
     @property
     def parameters(self) -> Array:
-        """Ten inertial parameters about To, shape (10,).
-
-        Without moments they are those of a point mass.
-        """
+        """Ten inertial parameters about To, shape (10,). Without moments they are those of a point mass."""
         pi = self.mass * compute_point_parameters(self.centre_of_mass)
         if self.inertia is not None:
             pi[4:] += self.inertia
@@ -152,10 +146,7 @@ def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
 
 
 def show_number(value: float, digits: int) -> str:
-    """Formats a number with at most ``digits`` decimals, without an exponent.
-
-    Zero is 0.
-    """
+    """Formats a number with at most ``digits`` decimals, without an exponent. Zero is 0."""
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 

@@ -61,10 +61,7 @@ def describe_payload(
 
 
 def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
-    """Formats the answer in one line: mass, centre of mass, and trust.
-
-    The centre is in the flange frame.
-    """
+    """Formats the answer in one line: mass, centre of mass, and trust. The centre is in the flange frame."""
     if isinstance(flange, str):
         frame, payload = belief.tip, PayloadSetting(belief.mass, belief.centre_of_mass)
     else:

@@ -38,9 +38,7 @@ def draw_scores(found: Comparison) -> Figure:
 
 
 def draw_pushes(found: Comparison, lifts: Lifts) -> Figure:
-    """Plots people's mean push in successive lifts, and each learner's prediction.
-
-    Each object has its own panel.
+    """Plots people's mean push in successive lifts, and each learner's prediction. Each object has its own panel.
 
     A prediction is one lift ahead, from a learner that was fitted to the person. Means are over the people with a
     known push in that lift.

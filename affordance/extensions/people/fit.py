@@ -36,7 +36,7 @@ from affordance.extensions.people.tempered_smc import Draws, draw_prior, merge, 
 from affordance.files.atomic import write_atomic
 from affordance.files.bounded import RESULTS, read_bytes
 from affordance.files.model_files import list_arm_files
-from affordance.runs.repeats import compute_key, list_batches, run_each, run_tasks
+from affordance.runs.repeats import compute_key, run_batches, run_each, run_tasks
 from affordance.settings import Settings
 from affordance.version import __version__
 
@@ -94,10 +94,7 @@ class Question:
     )
 
     def __post_init__(self) -> None:
-        """Checks that the fit does not take too much memory or time.
-
-        Otherwise a BadValueError is raised.
-        """
+        """Checks that the fit does not take too much memory or time. Otherwise a BadValueError is raised."""
         if self.draws * self.particles > self.most_rows:
             most = self.most_rows // self.particles
             problem = f"is {self.draws}, must be at most {most} with {self.particles} particles and these lifts"
@@ -105,10 +102,7 @@ class Question:
 
     @cached_property
     def most_rows(self) -> int:
-        """Largest product of draws and particles.
-
-        Objects that look the same count as one.
-        """
+        """Largest product of draws and particles. Objects that look the same count as one."""
         lifter, people = StaticLifter(self.lifts.tools, self.settings), self.lifts.people
         things = 1 + max(int(lifter.identify_all(each.objects, each.teaches).max()) for each in people)
         lifts = max(len(each.objects) for each in people)
@@ -246,10 +240,7 @@ def warn_of_noise(names: Sequence[str], noise: Sequence[float] | Array) -> list[
 
 
 def stack(parts: Sequence[Array]) -> Array:
-    """Stacks participants' arrays, (D, N) each, to (D, participants, N).
-
-    Missing entries are zero.
-    """
+    """Stacks participants' arrays, (D, N) each, to (D, participants, N). Missing entries are zero."""
     longest = max(each.shape[1] for each in parts)
     return np.stack([np.pad(each, ((0, 0), (0, longest - each.shape[1]))) for each in parts], axis=1)
 
@@ -276,7 +267,7 @@ def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
     if folder is None:
         return run_tasks([partial(_fit_one, question, place) for place in people], jobs=jobs, description="fit")
     key = compute_key(question, list_arm_files(question.settings.arm), _fit_one, question.learner)
-    found = list_batches(
+    found = run_batches(
         folder / key,
         partial(run_each, partial(_list_arrays, question)),
         repeats=len(people),
@@ -318,10 +309,7 @@ def _fit_one(question: Question, place: int) -> PersonFit:
 
 
 def fit_pooled(question: Question) -> Draws:
-    """Draws from the posterior of parameters that all participants share.
-
-    All chains are concatenated.
-    """
+    """Draws from the posterior of parameters that all participants share. All chains are concatenated."""
     return merge(
         [
             sample(chain.compute_all, len(chain.free), count=chain.draws, moves=chain.moves, seed=chain.seed)
@@ -393,9 +381,7 @@ def _lengthen(row: Array, size: int, value: float) -> Array:
 
 
 def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
-    """Rearranges a log likelihood for ``arviz.loo`` and ``arviz.compare``.
-
-    Both reject missing values.
+    """Rearranges a log likelihood for ``arviz.loo`` and ``arviz.compare``. Both reject missing values.
 
     Args:
         tree: Fit.
@@ -455,10 +441,7 @@ def leave_out(log_likelihoods: Array) -> tuple[Array, Array]:
 
 
 def write_fit(tree: xr.DataTree, folder: Path) -> None:
-    """Writes each group of a fit to a NetCDF file with the group's name.
-
-    No further library is needed.
-    """
+    """Writes each group of a fit to a NetCDF file with the group's name. No further library is needed."""
     for name in GROUPS:
         dataset = tree[name].to_dataset()
         write_atomic(
@@ -472,10 +455,7 @@ def _write(dataset: xr.Dataset, path: Path) -> None:
 
 
 def read_fit(folder: Path) -> xr.DataTree:
-    """Reads a fit from ``write_fit`` as a tree for ArviZ.
-
-    A damaged file raises a BadValueError.
-    """
+    """Reads a fit from ``write_fit`` as a tree for ArviZ. A damaged file raises a BadValueError."""
     return xr.DataTree.from_dict({name: _read(folder / f"{name}.nc", name) for name in GROUPS})
 
 
@@ -500,9 +480,7 @@ def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:
 
 
 class Comparison(NamedTuple):
-    """Result of a comparison of learners.
-
-    Mappings have the learner's name as key.
+    """Result of a comparison of learners. Mappings have the learner's name as key.
 
     Attributes:
         participants: Names of the participants.

@@ -40,10 +40,7 @@ _AVERAGED = 16
 
 @dataclass(frozen=True)
 class FreeParameter:
-    """Free parameter with a normal prior of its logarithm.
-
-    For a fraction, it is the logit.
-    """
+    """Free parameter with a normal prior of its logarithm. For a fraction, it is the logit."""
 
     name: str
     median: float
@@ -143,10 +140,7 @@ def _describe(name: str, learner: Learner, participant: Participant) -> FreePara
 
 
 class _SharedDraws:
-    """Random numbers for P particles of each of K parameter values.
-
-    Equal seeds give equal numbers.
-    """
+    """Random numbers for P particles of each of K parameter values. Equal seeds give equal numbers."""
 
     def __init__(self, seeds: Sequence[tuple[int, ...]], particles: int) -> None:
         self._streams = {seed: np.random.default_rng(seed) for seed in seeds}
@@ -171,9 +165,7 @@ class _SharedDraws:
 
 
 class Courses(NamedTuple):
-    """Courses of one person's N lifts, for K values of the learner's free parameters.
-
-    Each value has P particles.
+    """Courses of one person's N lifts, for K values of the learner's free parameters. Each value has P particles.
 
     Attributes:
         believed: Weights believed before each lift, (K, N, P), [N].

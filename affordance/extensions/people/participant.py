@@ -21,10 +21,7 @@ _AFTER = "proposed after groups that are now held out had been seen"
 
 
 def _of_each(bound: Within) -> Checked:
-    """Builds a check for a number, or for a number per observer.
-
-    A sequence of numbers becomes a tuple.
-    """
+    """Builds a check for a number, or for a number per observer. A sequence of numbers becomes a tuple."""
 
     def check(name: str, value: Any) -> Any:
         if isinstance(value, np.ndarray | list | tuple):

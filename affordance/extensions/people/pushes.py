@@ -62,9 +62,7 @@ def read_lifts(
     columns: Mapping[str, str] = {},
     group: str = "",
 ) -> Lifts:
-    """Reads the lifts of participants.
-
-    Simulated observers count as participants.
+    """Reads the lifts of participants. Simulated observers count as participants.
 
     Without ``tools``, objects are built from the table: cylinders with the mass and size given in each row, held at
     their middle. They look alike unless the column ``looks_like`` differs. No other property matters for lifts.
@@ -131,10 +129,7 @@ def _choose(path: Path, known: Sequence[str], learner: str) -> str:
 def _find_objects(
     cells: Cells, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> tuple[NDArray[np.intp], tuple[Tool, ...]]:
-    """Finds each row's object, (rows,), and the objects.
-
-    Objects are looked up by name or built from the table.
-    """
+    """Finds each row's object, (rows,), and the objects. Objects are looked up by name or built from the table."""
     rows = pd.DataFrame(
         {
             "object": read_choices(cells, "object", tools) if tools else read_names(cells, "object", ""),
@@ -173,10 +168,7 @@ def _find_objects(
 
 
 def _make(name: str, mass: float, size: float, look: str, number: int) -> Tool:
-    """Builds a cylinder as high as its diameter.
-
-    A look that is not a colour gets an arbitrary one.
-    """
+    """Builds a cylinder as high as its diameter. A look that is not a colour gets an arbitrary one."""
     radius = (size / (2.0 * math.pi)) ** (1.0 / 3.0)
     colour = look if is_colour(look) else f"#{(40 + 67 * number) % 256:02x}{(90 + 101 * number) % 256:02x}8c"
     return cylinder(name, radius=radius, height=2.0 * radius, mass=mass, colour=colour)

@@ -25,9 +25,7 @@ _CERTAIN_SD = 1.0  # [kg/m^3]
 
 
 class OwnMemory(Learner):
-    """Learner with a density for each object.
-
-    A new object has the prior.
+    """Learner with a density for each object. A new object has the prior.
 
     The belief about an object is a normal distribution by Laplace's method at the mode given all of its holds.
     """
@@ -81,10 +79,7 @@ class OwnMemory(Learner):
 
 
 class NothingRemembered(OwnMemory):
-    """Learner that forgets: each lift starts from the prior.
-
-    Measurements are used only within their lift.
-    """
+    """Learner that forgets: each lift starts from the prior. Measurements are used only within their lift."""
 
     @property
     @override
@@ -137,10 +132,7 @@ class OwnAndShared(Learner):
 
     @override
     def believe(self, state: State) -> Normals:
-        """Returns the shared densities with almost no uncertainty.
-
-        A delta rule has none.
-        """
+        """Returns the shared densities with almost no uncertainty. A delta rule has none."""
         mean = state["shared"]
         return Normals(mean, np.tile(_CERTAIN_SD**2 * np.eye(mean.shape[1]), (len(mean), 1, 1)))
 

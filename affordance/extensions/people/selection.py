@@ -24,7 +24,7 @@ class Selection(NamedTuple):
         people: Probability that a person has a learner, (N, L).
         frequencies: Expected frequency of each learner in the population, (L,).
         exceedance: Probability that a learner is more frequent than any other, (L,).
-        protected: The same, with all learners equally frequent as the alternative, (L,).
+        protected: Exceedance, averaged with the case that all learners are equally frequent, (L,).
         equal: Probability that all are equally frequent.
     """
 
@@ -36,10 +36,7 @@ class Selection(NamedTuple):
 
 
 def select_learners(log_evidence: Array, seed: int = 0) -> Selection:
-    """Estimates how frequent learners are from log evidences, (N, L).
-
-    There is one per person and learner.
-    """
+    """Estimates how frequent learners are from log evidences, (N, L). There is one per person and learner."""
     L = log_evidence.shape[1]
     relative = np.exp(log_evidence - log_evidence.max(axis=1, keepdims=True))
     r = np.random.default_rng(seed).dirichlet(np.ones(L), _DRAWS)

@@ -48,10 +48,7 @@ class LiftedObservers(NamedTuple):
 
 
 class LiftRecord(NamedTuple):
-    """Record of N lifts by B observers, (N, B) each.
-
-    Without a lift it is NaN, or 0 for the kind.
-    """
+    """Record of N lifts by B observers, (N, B) each. Without a lift it is NaN, or 0 for the kind."""
 
     force: Array  # upward force exerted before release, [N]
     weight: Array  # true weight, [N]
@@ -94,10 +91,7 @@ def check_closed_form(settings: Settings) -> WeberNoise:
 
 
 class StaticLifter:
-    """Closed-form lifts of a set of objects.
-
-    Quantities that all lifts share are computed once.
-    """
+    """Closed-form lifts of a set of objects. Quantities that all lifts share are computed once."""
 
     def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
         """Computes the quantities that all lifts share.
@@ -140,10 +134,7 @@ class StaticLifter:
         return observers._replace(order=order)
 
     def list_things(self, observers: LiftedObservers) -> tuple[Thing, ...]:
-        """Lists the objects of a single observer, by number.
-
-        Objects that were never met have no appearance.
-        """
+        """Lists the objects of a single observer, by number. Objects that were never met have no appearance."""
         pairs = zip(self._tools, np.isfinite(observers.order[0]), strict=True)
         return tuple(
             Thing(tool.appearance, tuple(dict.fromkeys(tool.colours))) if is_met else Thing((), ())
@@ -243,10 +234,7 @@ class StaticLifter:
     def feel(
         self, state: State, seen: Seen, lifted: NDArray[np.intp], Phi: Array, errors: Array, draws: Draws
     ) -> Lesson:
-        """Updates B observers by measurements of one object each.
-
-        Errors are (B, 2, num_joints).
-        """
+        """Updates B observers by measurements of one object each. Errors are (B, 2, num_joints)."""
         gain, offset = np.moveaxis(errors, 1, 0)
         tau = self._tau[lifted] * (1.0 + gain) + offset
         noise = self._noise.threshold, self._noise.weber_fraction
@@ -317,10 +305,7 @@ class StaticLifter:
             yield np.flatnonzero(keys == key), self._palettes[key // 2]
 
     def _estimate(self, before: Normals, mode: Array, seeds: Sequence[tuple[int, ...]]) -> Array:
-        """Computes the densities that control uses, (n, m).
-
-        Sampled densities are drawn with the seeds.
-        """
+        """Computes the densities that control uses, (n, m). Sampled densities are drawn with the seeds."""
         if (point_estimate := self.settings.point_estimate) is PointEstimate.MODE:
             return mode
         beliefs = (

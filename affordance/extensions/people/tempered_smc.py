@@ -92,10 +92,7 @@ def sample(compute: Callable[[Array], Array], size: int, *, count: int, moves: i
 
 
 def merge(chains: Sequence[Draws]) -> Draws:
-    """Concatenates the draws of independent samplers.
-
-    The evidence is their mean.
-    """
+    """Concatenates the draws of independent samplers. The evidence is their mean."""
     stages = max(each.powers.shape[1] for each in chains)
     powers, acceptance = (
         np.vstack([np.pad(each, ((0, 0), (0, stages - each.shape[1])), constant_values=np.nan) for each in parts])

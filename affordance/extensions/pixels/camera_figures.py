@@ -69,9 +69,7 @@ def _draw_camera_view(row: NDArray[np.object_], view: CameraView, camera: Camera
 
 
 def _find_window(view: CameraView) -> tuple[slice, slice]:
-    """Finds a window of rows and columns around the object.
-
-    Without a detection it is the whole picture.
+    """Finds a window of rows and columns around the object. Without a detection it is the whole picture.
 
     The aspect ratio of the window is at least 4:3.
     """

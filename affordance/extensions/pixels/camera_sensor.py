@@ -35,10 +35,7 @@ UPRIGHT = (np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]), np.array([[0.0, 0, 1],
 
 
 class Photograph(NamedTuple):
-    """Picture of a presented object, with the camera's pose X_PC, (4, 4).
-
-    The stand's depth is in [m].
-    """
+    """Picture of a presented object, with the camera's pose X_PC, (4, 4). The stand's depth is in [m]."""
 
     picture: Picture
     X_PC: Array
@@ -46,16 +43,10 @@ class Photograph(NamedTuple):
 
 
 class CameraSensor:
-    """Camera for objects on a stand.
-
-    The camera caches noise-free pictures of the latest appearances.
-    """
+    """Camera for objects on a stand. The camera caches noise-free pictures of the latest appearances."""
 
     def __init__(self, rig: Rig = DEFAULT_RIG) -> None:
-        """Creates a camera for a stand.
-
-        The camera has the noise of a common camera until ``noise`` is set.
-        """
+        """Creates a camera for a stand. The camera has the noise of a common camera until ``noise`` is set."""
         self.rig = rig
         self.noise = SensorNoise()
         self._renderings: dict[tuple[object, ...], Picture] = {}
@@ -102,17 +93,11 @@ class CameraSensor:
         )
 
     def detect_parts(self, picture: Picture) -> Detection:
-        """Detects the parts of the object in a picture.
-
-        Without parts a SeeingError is raised.
-        """
+        """Detects the parts of the object in a picture. Without parts a SeeingError is raised."""
         return detect_parts(picture, self.rig, self.noise)
 
     def observe(self, tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-        """Measures an object's features from a new picture.
-
-        Without parts a SeeingError is raised.
-        """
+        """Measures an object's features from a new picture. Without parts a SeeingError is raised."""
         detection = self.detect_parts(self.take_image(tool, rng))
         return detection.compute_features(self.rig.compute_camera_pose(tool))
 
@@ -132,10 +117,7 @@ def find_presented_pose(tool: Tool) -> Array:
 
 
 def present(tool: Tool, R: Array | None = None) -> tuple[Tool, Tool]:
-    """Returns the object in frame P, and the same object turned over.
-
-    A rotation R, (3, 3), comes first, if given.
-    """
+    """Returns the object in frame P, and the same object turned over. A rotation R, (3, 3), comes first, if given."""
     X = np.eye(4)
     X[:3, :3] = np.eye(3) if R is None else R
     presented = _move(tool, X @ np.linalg.inv(find_presented_pose(tool)))
@@ -147,10 +129,7 @@ def _move(tool: Tool, X: Array) -> Tool:
 
 
 def needs_turning(tool: Tool) -> bool:
-    """Returns True if an object needs two views.
-
-    Parts other than ellipsoids need two views.
-    """
+    """Returns True if an object needs two views. Parts other than ellipsoids need two views."""
     return not all(isinstance(part.shape, Ellipsoid) for part in tool.components)
 
 

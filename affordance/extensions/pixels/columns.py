@@ -40,9 +40,7 @@ _WIDTH, _RIM = 0.01, 4e-3
 
 
 class View(NamedTuple):
-    """View of the object: surface, look of each pixel, and camera.
-
-    The camera has the pose X_PC, (4, 4).
+    """View of the object: surface, look of each pixel, and camera. The camera has the pose X_PC, (4, 4).
 
     Labels have the surface's shape, (height, width), and are -1 for pixels without a look.
     """
@@ -62,20 +60,14 @@ class Sheet(NamedTuple):
 
 
 class Side(NamedTuple):
-    """Views along Qz in both directions, with the cameras' poses in frame Q.
-
-    The rotation R_QP is (3, 3).
-    """
+    """Views along Qz in both directions, with the cameras' poses in frame Q. The rotation R_QP is (3, 3)."""
 
     R_QP: Array
     views: tuple[View, View]
 
 
 def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
-    """Builds the solid of each look in P from two opposite views.
-
-    Keys are indices of looks.
-    """
+    """Builds the solid of each look in P from two opposite views. Keys are indices of looks."""
     x, y, sheets = find_sheets([above, below])
     # The two views may disagree at the outline: a column that only one of them shows has half the area.
     share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
@@ -139,10 +131,7 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
 def collect_columns(
     x: Array, y: Array, *, share: Array, bottom: Array, top: Array, labels: Sequence[Labels]
 ) -> dict[int, ColumnSolid]:
-    """Collects the columns of each look.
-
-    In a column with two looks, the first has the upper half.
-    """
+    """Collects the columns of each look. In a column with two looks, the first has the upper half."""
     px, py = np.meshgrid(x, y)
     middle = 0.5 * (bottom + top)
     standing = (share > 0.0) & (top > bottom)
@@ -162,10 +151,7 @@ def collect_columns(
 
 
 class _Pieces(NamedTuple):
-    """Columns cut into N pieces.
-
-    A piece has column, (N,), middle, (N, 3), and lower and upper end, (N, 2).
-    """
+    """Columns cut into N pieces. A piece has column, (N,), middle, (N, 3), and lower and upper end, (N, 2)."""
 
     owner: NDArray[np.intp]
     middle: Array

@@ -46,10 +46,7 @@ _LEAST_RATIO = 1e-6
 
 
 class UndeterminedError(Exception):
-    """Error for measurements that determine no ellipsoid.
-
-    Callers with the picture raise a NoFitError instead.
-    """
+    """Error for measurements that determine no ellipsoid. Callers with the picture raise a NoFitError instead."""
 
 
 class SeenEllipsoid(NamedTuple):
@@ -84,10 +81,7 @@ class PartView(NamedTuple):
 
 
 def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
-    """Moves and deforms an ellipsoid by d, [m], and E, together (9,).
-
-    E is (xx, yy, zz, xy, xz, yz).
-    """
+    """Moves and deforms an ellipsoid by d, [m], and E, together (9,). E is (xx, yy, zz, xy, xz, yz)."""
     stretch = np.eye(3) + build_symmetric(numbers[3:9])
     return SeenEllipsoid(ellipsoid.centre + numbers[:3], stretch @ ellipsoid.shape_matrix @ stretch)
 
@@ -145,9 +139,7 @@ def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Arr
 
 
 def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
-    """Estimates an initial ellipsoid from moments of the readings.
-
-    The ellipsoid is taken to be far away.
+    """Estimates an initial ellipsoid from moments of the readings. The ellipsoid is taken to be far away.
 
     The covariance of a disc's points (x, y) is a quarter of the shape matrix's block. Over the disc the near side is
     the plane through the rim, linear in x and y, minus c sqrt(1 - r^2), which has mean 2 c / 3 and variance c^2 / 18.
@@ -173,9 +165,7 @@ def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
 
 
 def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid to measurements from a picture.
-
-    The fit needs at least as many readings as fitted numbers.
+    """Fits an ellipsoid to measurements from a picture. The fit needs at least as many readings as fitted numbers.
 
     Readings are weighted by the sensor's noise at the surface angles of the fit, which takes a few iterations.
 
@@ -192,10 +182,7 @@ def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid like ``fit_ellipsoid``.
-
-    A singular matrix raises a LinAlgError.
-    """
+    """Fits an ellipsoid like ``fit_ellipsoid``. A singular matrix raises a LinAlgError."""
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
     ellipsoid = guess(view, camera)
     used, sd, bias = np.ones(len(rays), dtype=bool), np.full(len(rays), _FIRST_SD), np.zeros(len(rays))
@@ -245,9 +232,7 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
 
 @dataclass
 class _Problem:
-    """Residuals of depth, outline and priors for a deformed ellipsoid.
-
-    Residuals are in standard deviations.
+    """Residuals of depth, outline and priors for a deformed ellipsoid. Residuals are in standard deviations.
 
     Depth readings are taken along ``rays``; ``rim`` has the rays to points of the outline.
     """
@@ -304,10 +289,7 @@ class _Problem:
         return J
 
     def _differentiate_outline(self, ellipsoid: SeenEllipsoid, numbers: Array) -> Array:
-        """Differentiates the distances to the outline.
-
-        The least F along a ray is -(d^T Q d) / alpha.
-        """
+        """Differentiates the distances to the outline. The least F along a ray is -(d^T Q d) / alpha."""
         A, rays = np.linalg.inv(ellipsoid.shape_matrix), self.rim
         Ac, Ad = A @ ellipsoid.centre, rays @ A
         alpha, beta = np.einsum("ni,ni->n", Ad, rays), rays @ Ac

@@ -76,10 +76,7 @@ def find_looks(surfaces: Sequence[Surface]) -> Looks:
 
 
 def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
-    """Labels the tint of each pixel in each view.
-
-    Pixels outside the object are -1.
-    """
+    """Labels the tint of each pixel in each view. Pixels outside the object are -1."""
     tints = [compute_tints(surface.colour) for surface in surfaces]
     modes = _find_modes(np.concatenate([tint[_find_core(s)] for tint, s in zip(tints, surfaces, strict=True)]))
     result = []
@@ -93,10 +90,7 @@ def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
 
 
 def _find_modes(tints: Array) -> list[Array]:
-    """Finds the most frequent tints, (2,) each, of pixels, (N, 2).
-
-    Returns at least one.
-    """
+    """Finds the most frequent tints, (2,) each, of pixels, (N, 2). Returns at least one."""
     left = np.ones(len(tints), dtype=bool)
     modes: list[Array] = []
     while left.sum() >= max(_MIN_SEED, _MIN_SHARE * len(tints)) or not modes:
@@ -110,10 +104,7 @@ def _find_modes(tints: Array) -> list[Array]:
 
 
 def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> list[Labels]:
-    """Labels pixels of one tint by lightness, from 0, in each view.
-
-    Labels are valid within the regions only.
-    """
+    """Labels pixels of one tint by lightness, from 0, in each view. Labels are valid within the regions only."""
     lightness = [convert_to_lab(surface.colour)[..., 0] for surface in surfaces]
     lit = [surface.lit & region for surface, region in zip(surfaces, regions, strict=True)]
     pool = np.concatenate([values[mask] for values, mask in zip(lightness, lit, strict=True)])
@@ -140,29 +131,20 @@ def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) ->
 
 
 def _find_core(surface: Surface) -> Mask:
-    """Finds pixels that show only the object.
-
-    The pixels are well-lit if there are enough of these.
-    """
+    """Finds pixels that show only the object. The pixels are well-lit if there are enough of these."""
     distance = cv2.distanceTransform(surface.mask.astype(np.uint8), cv2.DIST_L2, 5)
     core = surface.lit & (distance >= _CORE)
     return core if core.sum() >= _MIN_SEED else surface.mask
 
 
 def _open(mask: Mask, side: int, least: int) -> Mask:
-    """Returns the wide pieces of a mask with at least ``least`` pixels.
-
-    The pieces are at least as wide as a disc.
-    """
+    """Returns the wide pieces of a mask with at least ``least`` pixels. The pieces are at least as wide as a disc."""
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     return keep_large(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), least)[0]
 
 
 def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
-    """Assigns every pixel of a mask its nearest seed's label.
-
-    Pieces without a seed keep the fallback.
-    """
+    """Assigns every pixel of a mask its nearest seed's label. Pieces without a seed keep the fallback."""
     count, pieces = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     seeded = np.zeros(count, dtype=bool)
     seeded[np.unique(pieces[seeds != _UNKNOWN])] = True
@@ -172,10 +154,7 @@ def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
 
 
 def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
-    """Measures the colour of a region over all views.
-
-    A large well-lit interior is preferred.
-    """
+    """Measures the colour of a region over all views. A large well-lit interior is preferred."""
     inner = [
         cv2.erode(region.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool) & surface.lit
         for surface, region in zip(surfaces, regions, strict=True)

@@ -41,20 +41,14 @@ _BORDER = 3
 
 
 class Detection(NamedTuple):
-    """Detected parts in a picture, each with ellipsoid and colour.
-
-    The ellipsoid is in the camera's frame.
-    """
+    """Detected parts in a picture, each with ellipsoid and colour. The ellipsoid is in the camera's frame."""
 
     segmentation: Segmentation
     fits: tuple[Fit, ...]
     colours: tuple[Colour, ...]
 
     def compute_features(self, X_TC: Array) -> tuple[ComponentFeatures, ...]:
-        """Computes the features in the held object's frame T, given X_TC, (4, 4).
-
-        X_TC is the camera's pose.
-        """
+        """Computes the features in the held object's frame T, given X_TC, (4, 4). X_TC is the camera's pose."""
         return tuple(describe_part(fit, colour, X_TC) for fit, colour in zip(self.fits, self.colours, strict=True))
 
 
@@ -83,10 +77,7 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
 
 
 def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> PartView:
-    """Collects a part's depth readings and free outline.
-
-    Free points do not border on another part.
-    """
+    """Collects a part's depth readings and free outline. Free points do not border on another part."""
     mask = segmentation.labels == number
     window = find_window(mask, room=_BORDER + 1)
     mask, labels, depth = mask[window], segmentation.labels[window], picture.depth[window]
@@ -120,10 +111,7 @@ def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camer
 
 
 def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
-    """Converts a fitted part to features in T.
-
-    Axes are in descending order, independent errors are deformations.
-    """
+    """Converts a fitted part to features in T. Axes are in descending order, independent errors are deformations."""
     fit = express_fit(fit, X_TC)
     squares, axes = np.linalg.eigh(fit.ellipsoid.shape_matrix)
     X_TE = np.eye(4)
@@ -172,10 +160,7 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
 
 
 def _find_outline(mask: Mask, excluded: Mask) -> Array:
-    """Finds midpoints between neighbouring pixels across a mask's edge, (K, 2).
-
-    Midpoints are column and row.
-    """
+    """Finds midpoints between neighbouring pixels across a mask's edge, (K, 2). Midpoints are column and row."""
     border = (mask[:, 1:] != mask[:, :-1]) & ~(excluded[:, 1:] | excluded[:, :-1])
     below = (mask[1:] != mask[:-1]) & ~(excluded[1:] | excluded[:-1])
     row_border, column_border = np.nonzero(border)

@@ -18,9 +18,7 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Camera:
-    """Pinhole camera with registered colour and depth pictures.
-
-    A pixel shows the same point in both.
+    """Pinhole camera with registered colour and depth pictures. A pixel shows the same point in both.
 
     The focal length, in pixels, is the same along both axes.
     """
@@ -47,10 +45,7 @@ class Camera:
 
 
 class Picture(NamedTuple):
-    """Colour, (height, width, 3), uint8, and depth along Cz, (height, width), [m].
-
-    Depth is 0 without a reading.
-    """
+    """Colour, (height, width, 3), uint8, and depth along Cz, (height, width), [m]. Depth is 0 without a reading."""
 
     colour: NDArray[np.uint8]
     depth: Array

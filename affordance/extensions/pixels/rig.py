@@ -60,10 +60,7 @@ LAMPS = (Lamp((0.0, 0.0, 1.0), 0.5), *(Lamp(_tilt_lamp(azimuth), 0.17) for azimu
 
 
 def compute_shading(normals_C: Array) -> Array:
-    """Computes a white surface's radiance relative to saturation, (N,).
-
-    Outward normals in C are (N, 3).
-    """
+    """Computes a white surface's radiance relative to saturation, (N,). Outward normals in C are (N, 3)."""
     shading = np.zeros(len(normals_C))
     for lamp in LAMPS:
         shading += lamp.intensity * np.maximum(0.0, -normals_C @ np.array(lamp.direction_C))

@@ -119,10 +119,7 @@ def _measure_form(photograph: Photograph, rig: Rig, noise: SensorNoise) -> View:
 
 
 def observe_tool(tool: Tool, stand: CameraSensor, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Observes an object on the stand, and returns its parts' features.
-
-    Errors are as in ``detect_tool``.
-    """
+    """Observes an object on the stand, and returns its parts' features. Errors are as in ``detect_tool``."""
     photographs, sides = stand.take_pictures(tool, rng), stand.take_sides(tool, rng)
     seen = detect_tool(photographs, stand.rig, stand.noise, sides)
     return give_strikes(seen.compute_features(find_presented_pose(tool)), tool)
@@ -139,9 +136,7 @@ def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
 
 
 def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:
-    """Converts a solid to features in T.
-
-    Deformations are the errors of thickness along Pz and of position in P.
+    """Converts a solid to features in T. Deformations are the errors of thickness along Pz and of position in P.
 
     Eo is at the solid's centroid; poses X_PE and X_TP have shape (4, 4).
     """

@@ -52,10 +52,7 @@ _UNKNOWN = -1
 
 
 class Segmentation(NamedTuple):
-    """Index of each pixel's part, (height, width), and the number of parts.
-
-    Pixels without a part are -1.
-    """
+    """Index of each pixel's part, (height, width), and the number of parts. Pixels without a part are -1."""
 
     labels: Labels
     num_parts: int
@@ -148,20 +145,14 @@ def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
 
 
 def check_edge(mask: Mask, picture: Picture) -> None:
-    """Checks that an object does not reach the picture's edge.
-
-    Otherwise an OutOfViewError is raised.
-    """
+    """Checks that an object does not reach the picture's edge. Otherwise an OutOfViewError is raised."""
     count = int(np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]]).sum())
     if count:
         raise OutOfViewError(f"the object covers {count} pixels of the picture's edge, must cover none", *picture)
 
 
 def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
-    """Assigns every pixel the nearest known pixel's value, (height, width).
-
-    At least one must be known.
-    """
+    """Assigns every pixel the nearest known pixel's value, (height, width). At least one must be known."""
     _, nearest = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
@@ -184,9 +175,7 @@ def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
 
 
 def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
-    """Splits a mask into regions of one tint.
-
-    The first is the most frequent tint of well-lit pixels.
+    """Splits a mask into regions of one tint. The first is the most frequent tint of well-lit pixels.
 
     Returns no regions if the object is so small or narrow that the stand's colour is mixed into all of it.
     """
@@ -223,10 +212,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
 
 
 def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
-    """Computes the mode, (2,), of points in a plane, (N, 2), from a histogram.
-
-    Points may be tints.
-    """
+    """Computes the mode, (2,), of points in a plane, (N, 2), from a histogram. Points may be tints."""
     low, high = points.min(axis=0), points.max(axis=0)
     shape = np.maximum(1, np.ceil((high - low) / bin_width)).astype(int) + 1
     index = ((points - low) / bin_width).astype(int)
@@ -246,10 +232,7 @@ def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
 
 
 def _split_at_waists(region: Mask) -> list[Mask]:
-    """Splits a region at its waists into convex pieces.
-
-    Without a waist it stays whole.
-    """
+    """Splits a region at its waists into convex pieces. Without a waist it stays whole."""
     window = find_window(region, room=2)
     small = region[window].astype(np.uint8)
     distance = cv2.distanceTransform(small, cv2.DIST_L2, 5)

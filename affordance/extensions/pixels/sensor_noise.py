@@ -92,9 +92,7 @@ class SensorNoise:
 
 
 def measure_angles(depth: Array, camera: Camera) -> Array:
-    """Computes the angle between surface and picture at each pixel, (height, width), [rad].
-
-    Depth must be noise-free.
+    """Computes the angle between surface and picture at each pixel, (height, width), [rad]. Depth must be noise-free.
 
     Along each axis the smaller of the slopes to the two neighbours is used, so a silhouette does not affect the
     surface in front or behind.

@@ -75,10 +75,7 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
 
 
 def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds pixels nearer than the stand, except a rim.
-
-    The rim is half as wide as the averaging window.
-    """
+    """Finds pixels nearer than the stand, except a rim. The rim is half as wide as the averaging window."""
     filled = np.where(depth > 0.0, depth, stand_depth)
     sd = float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(()))) / np.sqrt(_DEPTH_SIDE**2 / 2.0)
     near = cv2.blur(filled, (_DEPTH_SIDE, _DEPTH_SIDE)) < stand_depth - STAND_ERROR - _DEPTH_SDS * sd
@@ -87,9 +84,7 @@ def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
 
 
 class Surface(NamedTuple):
-    """Surface of the object in a window of one view.
-
-    Images are (height, width).
+    """Surface of the object in a window of one view. Images are (height, width).
 
     Attributes:
         mask: True where the object is visible.
@@ -122,10 +117,7 @@ def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
 
 
 def _average(depth: Array, known: Mask, side: int) -> Array:
-    """Averages the readings in a window around each pixel.
-
-    An empty window has the mean of the nearest other one.
-    """
+    """Averages the readings in a window around each pixel. An empty window has the mean of the nearest other one."""
     weight = cv2.blur(known.astype(float), (side, side))
     total = cv2.blur(np.where(known, depth, 0.0), (side, side))
     there = weight > 0.5 / side**2
@@ -133,9 +125,7 @@ def _average(depth: Array, known: Mask, side: int) -> Array:
 
 
 def _measure_light(depth: Array, corner: Array, camera: Camera) -> Array:
-    """Computes the light on the surface relative to saturation, (height, width).
-
-    The slope follows from depth.
+    """Computes the light on the surface relative to saturation, (height, width). The slope follows from depth.
 
     A point is p = z (x / f, y / f, 1), with x and y measured from the principal point. Therefore dp/du x dp/dv is
     proportional to (-f dz/du, -f dz/dv, z + x dz/du + y dz/dv), which points away from the camera.

@@ -47,9 +47,7 @@ def find_limits(
     *,
     has_damping: bool,
 ) -> JointLimits:
-    """Combines the user's limits of a joint with the file's.
-
-    The user's take precedence.
+    """Combines the user's limits of a joint with the file's. The user's take precedence.
 
     ``given`` maps the kind of limit to values by joint name; the empty name applies to every joint.
     """
@@ -79,9 +77,7 @@ def check_arm(
     mends: bool = False,
     carries: bool = False,
 ) -> tuple[str, ...]:
-    """Checks the moving links of an arm, and its joints if limits are given.
-
-    Returns the names of corrected links.
+    """Checks the moving links of an arm, and its joints if limits are given. Returns the names of corrected links.
 
     A negligible impossible inertia is replaced by the nearest possible one. With ``mends``, this applies to any
     impossible inertia without a negative mass. With ``carries``, links whose weight the simulator compensates
@@ -164,10 +160,7 @@ def _list_joint_faults(
 
 
 def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> str:
-    """Suggests options that supply missing limits.
-
-    ``lacking`` are the joints' places on the chain.
-    """
+    """Suggests options that supply missing limits. ``lacking`` are the joints' places on the chain."""
     names = [f"{chain.joints[k].name()}=VALUE" for k in lacking]
     given = "VALUE" if len(lacking) == len(chain.joints) else " ".join(names)
     ways = f"{option} {given} sets {unit}"

@@ -78,10 +78,7 @@ def write_directives(arm: ReducedArm, home: Array) -> str:
 
 
 def name_base(arm: ReducedArm) -> str:
-    """Returns a name for the written base that no joint has.
-
-    Names in an SDF must be unique.
-    """
+    """Returns a name for the written base that no joint has. Names in an SDF must be unique."""
     return _find_unused(BASE, arm.joint_names)
 
 
@@ -108,9 +105,7 @@ def _find_unused(name: str, taken: Sequence[str]) -> str:
 
 
 def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidTransform:
-    """Turns the base about the vertical so that the hand points along Wx.
-
-    The hand's axes are R_WH.
+    """Turns the base about the vertical so that the hand points along Wx. The hand's axes are R_WH.
 
     ``height`` is above the world's origin, [m]; None keeps the file's height.
     """

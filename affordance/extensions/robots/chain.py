@@ -221,10 +221,7 @@ def _closes(tree: RobotTree, joint: Joint) -> bool:
 
 
 def _rank_tool_frame(name: str) -> tuple[int, int]:
-    """Ranks names of tool frames.
-
-    A tool centre point comes before the flange that carries the gripper.
-    """
+    """Ranks names of tool frames. A tool centre point comes before the flange that carries the gripper."""
     words = [k for k, word in enumerate(_TOOL_WORDS) if re.search(word, name, re.IGNORECASE)]
     return min(words, default=len(_TOOL_WORDS)), len(name)
 
@@ -245,10 +242,7 @@ def describe_ends(tree: RobotTree, near: str = "") -> str:
 
 
 def _list_sites(tree: RobotTree, link: str) -> str:
-    """Lists the first sites of a link, which can also be tips.
-
-    The text is empty if the link has no sites.
-    """
+    """Lists the first sites of a link, which can also be tips. The text is empty if the link has no sites."""
     sites = [site for site, carrier in tree.description.sites.items() if carrier == link]
     if not sites:
         return ""
@@ -333,10 +327,7 @@ def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
 
 
 def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
-    """Describes why a joint cannot belong to the arm.
-
-    The text is empty if the joint can.
-    """
+    """Describes why a joint cannot belong to the arm. The text is empty if the joint can."""
     mimic = tree.note(joint).mimic
     if mimic is not None:
         how = f"follows {mimic.leader} (mimic)" if mimic.leader else "is fixed by an equality"
@@ -359,9 +350,6 @@ def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:
 
 
 def _count_in_series(tree: RobotTree, joint: Joint) -> int:
-    """Counts the moving joints on the longest path from a joint to a leaf.
-
-    The joint counts, too.
-    """
+    """Counts the moving joints on the longest path from a joint to a leaf. The joint counts, too."""
     below = [_count_in_series(tree, other) for other in tree.list_children(joint.child_body())]
     return int(joint.num_velocities() > 0) + max(below, default=0)

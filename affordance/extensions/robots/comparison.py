@@ -58,10 +58,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class JointData:
-    """Joint with everything that moves with its link.
-
-    Poses are in the world with all joints at zero.
-    """
+    """Joint with everything that moves with its link. Poses are in the world with all joints at zero."""
 
     joint: str
     place: Array  # a point on the axis, (3,), [m]
@@ -115,9 +112,7 @@ class Comparison(NamedTuple):
 
 
 def read_joints(path: Path, tip: str = "") -> ArmData:
-    """Reads an arm up to a tip, by default the end of the longest limb.
-
-    A folder must be written by ``import-arm``.
+    """Reads an arm up to a tip, by default the end of the longest limb. A folder must be written by ``import-arm``.
 
     Limits may be missing, and impossible inertias are replaced by the nearest possible inertias. Errors are as in
     ``read_arm``.
@@ -181,9 +176,7 @@ def _make_model(tree: RobotTree, chain: Chain, context: Context, up: Array) -> C
 
 
 def compare(one: ArmData, other: ArmData, *, same_tip: bool = False) -> Comparison:
-    """Compares the joints of two arms in order.
-
-    Different numbers of joints raise a BadValueError.
+    """Compares the joints of two arms in order. Different numbers of joints raise a BadValueError.
 
     Tips are compared if ``same_tip``, or if their names are the same.
     """
@@ -202,10 +195,7 @@ def compare(one: ArmData, other: ArmData, *, same_tip: bool = False) -> Comparis
 
 
 def _list_stated(one: JointData, other: JointData) -> Iterator[str]:
-    """Lists the stated numbers that differ, by name.
-
-    Numbers that a file's format cannot state are left out.
-    """
+    """Lists the stated numbers that differ, by name. Numbers that a file's format cannot state are left out."""
     for name in STATED:
         a, b = getattr(one, name), getattr(other, name)
         if a is None or b is None or a == b:
@@ -235,9 +225,7 @@ def _list_remarks(one: ArmData, other: ArmData, laid: "_Laid", *, same_tip: bool
 
 
 def _compare_models(one: ArmData, other: ArmData) -> tuple[float, float]:
-    """Computes the largest relative differences of mass matrices and gravity torques.
-
-    Postures are random.
+    """Computes the largest relative differences of mass matrices and gravity torques. Postures are random.
 
     Differences that a shift of all masses by a tenth of a millimetre can cause count as rounding.
     """

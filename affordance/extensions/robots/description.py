@@ -55,9 +55,7 @@ class Mimic(NamedTuple):
 
 
 class JointNotes(NamedTuple):
-    """Data of a joint that Drake does not keep.
-
-    Drake keeps axis, range, velocity limit and damping.
+    """Data of a joint that Drake does not keep. Drake keeps axis, range, velocity limit and damping.
 
     Impossible velocity limits, dampings and rotor inertias are stored only here, because options may replace them.
     """
@@ -79,9 +77,7 @@ def find_joint_fault(
     upper: float | None = None,
     axis: Sequence[float] = (0.0, 0.0, 1.0),
 ) -> str:
-    """Describes an impossible range or axis of a joint.
-
-    The text is empty if both are valid.
+    """Describes an impossible range or axis of a joint. The text is empty if both are valid.
 
     Some faults make Drake abort even on joints outside the arm. Readers therefore remove them from the text that
     Drake parses, and report them only for joints of the arm.
@@ -103,10 +99,7 @@ class Inertial(NamedTuple):
     in_link: bool = True  # True if place and axes refer to the link's own frame, False if to another frame
 
     def find_fault(self) -> str:
-        """Describes why no solid can have this inertia.
-
-        The text is empty if Drake's check accepts it.
-        """
+        """Describes why no solid can have this inertia. The text is empty if Drake's check accepts it."""
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
         if self.mass < 0.0 or (self.mass == 0.0 and any(self.moments)):
             return f"has a mass of {self.mass:g} kg with moments of inertia, must have more than 0"
@@ -190,19 +183,13 @@ class Description:
     sources: tuple[Path, ...] = ()  # files that the file includes
 
     def add_visuals(self, link: str, shapes: Sequence[Visual | None]) -> None:
-        """Adds the shapes of a link.
-
-        None is a shape that is not imported.
-        """
+        """Adds the shapes of a link. None is a shape that is not imported."""
         self.visuals[link] = tuple(shape for shape in shapes if shape is not None)
         if None in shapes:
             self.undrawn.add(link)
 
     def add_inertial(self, link: str, inertial: Inertial) -> Inertial | None:
-        """Adds the inertia of a link.
-
-        Returns the nearest possible inertia if it is impossible, otherwise None.
-        """
+        """Adds the inertia of a link. Returns the nearest possible inertia if it is impossible, otherwise None."""
         self.inertials[link] = inertial
         fault = inertial.find_fault()
         if not fault:
@@ -217,10 +204,7 @@ class Description:
 
 
 def remark_missing(robot: Description, link: str, inertial: Element) -> None:
-    """Adds remarks on an inertial without mass or moments.
-
-    The remarks give the defaults of the file's format.
-    """
+    """Adds remarks on an inertial without mass or moments. The remarks give the defaults of the file's format."""
     mass, moments = _DEFAULTS[robot.kind]
     if inertial.find("mass") is None:
         robot.remark(f"link {link}", f"has an <inertial> without <mass>; {robot.kind.upper()}'s default is {mass}")
@@ -235,10 +219,7 @@ def remark_couplings(robot: Description) -> None:
     """Adds remarks on joints that follow a missing joint, or each other in a cycle."""
 
     def find_leader(name: str) -> str:
-        """Returns the joint that a joint follows.
-
-        In an SDF it is in the same model. Empty if there is none.
-        """
+        """Returns the joint that a joint follows. In an SDF it is in the same model. Empty if there is none."""
         mimic = robot.joints[name].mimic if name in robot.joints else None
         model, colons, _ = name.rpartition("::")
         return f"{model}{colons}{mimic.leader}" if mimic is not None and mimic.leader else ""
@@ -258,9 +239,7 @@ def remark_couplings(robot: Description) -> None:
 
 
 def read_gravity(robot: Description, gravity: Sequence[float]) -> None:
-    """Sets the up axis from a file's gravity, [m/s^2].
-
-    Gravity other than the earth's leads to a remark.
+    """Sets the up axis from a file's gravity, [m/s^2]. Gravity other than the earth's leads to a remark.
 
     Gravity that is not along an axis raises a BadValueError.
     """

@@ -51,10 +51,7 @@ _STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
 
 
 class Change(NamedTuple):
-    """Change of a value in a task file, with its reason.
-
-    A new value of None removes the key.
-    """
+    """Change of a value in a task file, with its reason. A new value of None removes the key."""
 
     file: str
     key: str
@@ -78,9 +75,7 @@ def show(value: Any) -> str:
 
 
 def apply_changes(models: Path, changes: Sequence[Change]) -> None:
-    """Writes changes into the files of a model folder.
-
-    Each has a comment at the top of its file.
+    """Writes changes into the files of a model folder. Each has a comment at the top of its file.
 
     Keys are paths such as ``blow.duration``, or SIZE_OF_TOOLS.
     """
@@ -100,10 +95,7 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
 
 
 def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
-    """Changes the value at a path of keys.
-
-    ``*`` selects all values, and absent keys are ignored.
-    """
+    """Changes the value at a path of keys. ``*`` selects all values, and absent keys are ignored."""
     first, rest = keys[0], keys[1:]
     if first == "*":
         for entry in content.values() if isinstance(content, dict) else content:
@@ -158,9 +150,7 @@ def fit_tasks(
     simulate_blow: SimulateBlow,
     tell: Callable[[str], None] = lambda step: None,
 ) -> Fitted:
-    """Adapts the tasks of a model folder to its simulated arm.
-
-    Infeasible tasks stay unchanged.
+    """Adapts the tasks of a model folder to its simulated arm. Infeasible tasks stay unchanged.
 
     ``tell`` is called with the name of each task before it is adapted.
     """
@@ -278,9 +268,7 @@ def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[
 def _find_lack(
     model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings, simulate: SimulatePath
 ) -> str:
-    """Describes why a path cannot be followed with some tool.
-
-    The text is empty if it can be followed with all.
+    """Describes why a path cannot be followed with some tool. The text is empty if it can be followed with all.
 
     The tool that fails moves to the front of the list, because it probably fails on the next path too.
     """
@@ -304,10 +292,7 @@ def _find_lack_of_plan(model: ArmModel, tool: Tool, path: TimedPath, settings: S
 
 
 def _describe_overload(model: ArmModel, cost: MotionCost, tool: Tool) -> str:
-    """Names the joint that a tool overloads during a motion.
-
-    The text is empty if there is none.
-    """
+    """Names the joint that a tool overloads during a motion. The text is empty if there is none."""
     loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
     if loads.max() <= 1.0:
         return ""
@@ -370,9 +355,7 @@ def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator
 
 
 def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> _PlannedBlow:
-    """Plans blows of one duration with every tool.
-
-    Planning stops at a tool whose depth is at most ``least``, [m].
+    """Plans blows of one duration with every tool. Planning stops at a tool whose depth is at most ``least``, [m].
 
     The tool that reaches the least depth moves to the front of the list, because it probably does so again.
     """

@@ -67,10 +67,7 @@ class HomePosture(NamedTuple):
 
 
 def plant_arm(arm: ReducedArm) -> Arm:
-    """Builds the plant of an extracted arm as it will be written.
-
-    Bad numbers raise Drake's RuntimeError.
-    """
+    """Builds the plant of an extracted arm as it will be written. Bad numbers raise Drake's RuntimeError."""
     plant = MultibodyPlant(0.0)
     parser = Parser(plant)
     parser.SetStrictParsing()
@@ -85,10 +82,7 @@ def plant_arm(arm: ReducedArm) -> Arm:
 
 
 def get_shoulder(arm: Arm) -> Frame:
-    """Returns the shoulder frame at the second joint.
-
-    An arm with a single joint has it at that joint.
-    """
+    """Returns the shoulder frame at the second joint. An arm with a single joint has it at that joint."""
     shoulder: Frame = arm.plant.GetJointByName(arm.joint_names[:2][-1]).frame_on_parent()
     return shoulder
 
@@ -104,9 +98,7 @@ def compute_static_torques(model: ArmModel, q: Array, mass: float, distance: flo
 
 
 def _compute_payload(model: ArmModel, q: Array, own: Array, distance: float) -> tuple[float, str]:
-    """Computes the largest mass that an arm can hold at rest, [kg].
-
-    The mass is at a distance, [m], from the hand.
+    """Computes the largest mass that an arm can hold at rest, [kg]. The mass is at a distance, [m], from the hand.
 
     ``own`` are the torques for the arm's own weight, [N m].
 
@@ -120,10 +112,7 @@ def _compute_payload(model: ArmModel, q: Array, own: Array, distance: float) -> 
 
 
 def compute_tilt(R_WH: Array) -> float:
-    """Computes the angle between the hand's z and up, [rad].
-
-    The hand's axes are R_WH, (3, 3).
-    """
+    """Computes the angle between the hand's z and up, [rad]. The hand's axes are R_WH, (3, 3)."""
     return float(np.arccos(np.clip(R_WH[2, 2], -1.0, 1.0)))
 
 
@@ -202,9 +191,7 @@ def _solve(
     cone: float,
     z_is_up: bool,
 ) -> Array | None:
-    """Solves for a level, outward-pointing posture closest to mid-range.
-
-    The hand is at a given distance.
+    """Solves for a level, outward-pointing posture closest to mid-range. The hand is at a given distance.
 
     With ``z_is_up`` the hand's z must also point up. Returns None if the solver finds no such posture.
     """

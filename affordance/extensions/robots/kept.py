@@ -142,9 +142,7 @@ def _digest(folder: Path) -> str:
 
 
 def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> Robot:
-    """Opens a robot from a model folder, or from a robot's file.
-
-    A file is imported once and cached.
+    """Opens a robot from a model folder, or from a robot's file. A file is imported once and cached.
 
     Args:
         path: Folder that ``import_arm`` wrote, or URDF, SDF or MJCF file; None for the paper's arm.
@@ -215,10 +213,7 @@ def write_folder(
 
 
 def _list_strange_starts(models: Path, arm: ReducedArm) -> Iterator[Change]:
-    """Lists removals of start postures that name joints of other arms.
-
-    The tasks then start in the home posture.
-    """
+    """Lists removals of start postures that name joints of other arms. The tasks then start in the home posture."""
     for file, key in _STARTS:
         value = read_yaml(models / file)
         for part in key.split("."):

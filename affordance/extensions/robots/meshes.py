@@ -102,10 +102,7 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
 
 
 def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance) -> list[_Part]:
-    """Loads the parts of a mesh with their colours, in the link's frame.
-
-    A failure leads to a remark.
-    """
+    """Loads the parts of a mesh with their colours, in the link's frame. A failure leads to a remark."""
     file = find_mesh_file(shape.mesh, path)
     if file is None:
         appearance.remarks.append(f"the mesh {shape.mesh} was not found")
@@ -145,10 +142,7 @@ def _find_colour(part: Any) -> tuple[float, ...]:
 
 
 def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list[Visual]:
-    """Formats the meshes of a link as OBJ texts, one per colour.
-
-    The meshes are added to the appearance.
-    """
+    """Formats the meshes of a link as OBJ texts, one per colour. The meshes are added to the appearance."""
     import trimesh
 
     groups: dict[tuple[int, ...], list[_Part]] = {}
@@ -186,9 +180,7 @@ def _draw_capsule(end: Array) -> list[Visual]:
 
 
 def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indices]:
-    """Reduces a mesh to at most ``most`` triangles.
-
-    A smaller mesh is returned unchanged.
+    """Reduces a mesh to at most ``most`` triangles. A smaller mesh is returned unchanged.
 
     All vertices within a grid cell are merged into one, at the least-squares intersection of the planes of the
     adjacent triangles (Lindstrom 2000, Out-of-core simplification of large polygonal models, SIGGRAPH), on the finest

@@ -44,9 +44,7 @@ _JOINTS = ("free", "ball", "slide", "hinge")  # by MuJoCo's type of a joint
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
-    """Reads an MJCF model.
-
-    A fault that MuJoCo finds, or an include from another folder, raises a BadValueError.
+    """Reads an MJCF model. A fault that MuJoCo finds, or an include from another folder, raises a BadValueError.
 
     A mesh is needed only if it decides a mass. If it is missing, the inertia of its body is a fault.
     """
@@ -110,10 +108,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
 
 
 def _list_includes(path: Path, root: Element) -> Iterator[Path]:
-    """Lists included files and models.
-
-    A file outside the model's folder, or a deeply nested one, is rejected.
-    """
+    """Lists included files and models. A file outside the model's folder, or a deeply nested one, is rejected."""
     folder = path.parent.resolve()
 
     def walk(element: Element, named_in: Path, depth: int) -> Iterator[Path]:
@@ -203,10 +198,7 @@ def _remove_looks(spec: Any, robot: Description) -> None:
 
 
 def _find_negative(spec: Any, name: str, compiled: Inertial) -> Inertial | None:
-    """Finds a negative mass or moment of a body in the file.
-
-    MuJoCo would silently set it to zero.
-    """
+    """Finds a negative mass or moment of a body in the file. MuJoCo would silently set it to zero."""
     import mujoco
 
     body = spec.body(name)
@@ -242,10 +234,7 @@ def _find_reference(joint: Any) -> float:
 
 
 def _write_joint(element: Element, joint: Any) -> JointNotes:
-    """Writes a joint for Drake.
-
-    Positions are relative to the model's initial pose.
-    """
+    """Writes a joint for Drake. Positions are relative to the model's initial pose."""
     kind, reference, damping = _JOINTS[int(joint.type[0])], _find_reference(joint), float(joint.damping[0])
     written = ElementTree.SubElement(element, "joint", name=joint.name, type=kind, axis=_join(joint.axis))
     if joint.pos.any():
@@ -292,10 +281,7 @@ def _find_weaker(ends: Array) -> float:
 
 
 def _read_couplings(model: Any) -> dict[int, Mimic]:
-    """Reads the active couplings of joints, by index.
-
-    A coupling without a second joint fixes the first.
-    """
+    """Reads the active couplings of joints, by index. A coupling without a second joint fixes the first."""
     follows = {}
     for k in range(model.neq):
         if model.eq_active0[k] and model.eq_type[k] == 2:  # mjEQ_JOINT

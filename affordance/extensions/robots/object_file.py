@@ -102,10 +102,7 @@ def read_object(path: Path, materials: Mapping[str, Material]) -> ReadObject:
 
 
 def _compute_poses(description: Description) -> dict[str, Array]:
-    """Computes the poses of all links in the root link.
-
-    A moving joint raises a BadValueError.
-    """
+    """Computes the poses of all links in the root link. A moving joint raises a BadValueError."""
     if description.kind != "urdf":
         raise BadValueError(description.path, "", "is not a URDF, as a file of an object must be")
     fixed = description.fixed
@@ -167,9 +164,7 @@ def _find_material(shape: Visual, materials: Mapping[str, Material]) -> Material
 def _distribute(
     description: Description, link: str, parts: list[Component], X_TL: Array
 ) -> tuple[list[Component], str]:
-    """Distributes the mass of a link's parts as the file states.
-
-    The shape must allow this distribution.
+    """Distributes the mass of a link's parts as the file states. The shape must allow this distribution.
 
     Returns: The parts, and a remark; empty if the file agrees with the shape.
     """
@@ -207,9 +202,6 @@ def _distribute(
 
 
 def _compute_moments(J: Array) -> Array:
-    """Computes the principal moments about the centre of mass, (3,).
-
-    The pseudo-inertia has a mass of 1 kg.
-    """
+    """Computes the principal moments about the centre of mass, (3,). The pseudo-inertia has a mass of 1 kg."""
     spread = np.linalg.eigvalsh(J[:3, :3] - np.outer(J[:3, 3], J[:3, 3]))
     return spread.sum() - spread[::-1]

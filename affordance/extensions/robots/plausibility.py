@@ -39,10 +39,7 @@ _LETTERS = (("l", "r"), ("L", "R"))
 
 
 def list_implausible(arm: ReducedArm) -> list[str]:
-    """Lists implausible values of links and joints.
-
-    There is one sentence for each kind, with the numbers.
-    """
+    """Lists implausible values of links and joints. There is one sentence for each kind, with the numbers."""
     return [*_list_of_links(arm), *_list_of_joints(arm), *_list_twins(arm)]
 
 
@@ -166,10 +163,7 @@ def _is_power_of_ten(value: float) -> bool:
 
 
 def _list_twins(arm: ReducedArm) -> Iterator[str]:
-    """Lists links that differ in mass from their counterpart on the other side.
-
-    Counterparts are found by name.
-    """
+    """Lists links that differ in mass from their counterpart on the other side. Counterparts are found by name."""
     plant = arm.tree.plant
     masses = {
         arm.tree.key(body): float(body.default_mass())

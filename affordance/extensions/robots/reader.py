@@ -68,10 +68,7 @@ def is_template(path: Path) -> bool:
 
 
 def _expand(path: Path, arguments: Mapping[str, str], packages: Mapping[str, str]) -> tuple[str, tuple[Path, ...]]:
-    """Runs a template.
-
-    Returns the text of the robot's file, and the files that the template includes.
-    """
+    """Runs a template. Returns the text of the robot's file, and the files that the template includes."""
     if importlib.util.find_spec("xacrodoc") is None:
         problem = "is a xacro template, which needs pip install 'visual-inertial-affordances[xacro]'"
         raise BadValueError(path, "", problem)

@@ -77,10 +77,7 @@ def _build_directives(path: Path) -> RobotTree:
 
 
 def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
-    """Finds the uppermost link that the base is fixed to.
-
-    Drivers express gravity and poses in it.
-    """
+    """Finds the uppermost link that the base is fixed to. Drivers express gravity and poses in it."""
     for joint in tree.climb(base):
         if joint.num_velocities() or joint.parent_body().name() == "world":
             break

@@ -154,9 +154,7 @@ class ReducedArm:
 def reduce_arm(
     tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[str, float], options: ImportOptions
 ) -> ReducedArm:
-    """Extracts a chain of a robot as an arm.
-
-    In the context the chain is at zero, and other joints are frozen.
+    """Extracts a chain of a robot as an arm. In the context the chain is at zero, and other joints are frozen.
 
     Raises:
         BadValueError: Links have impossible inertias, joints have impossible limits, no torque limit or a velocity
@@ -267,10 +265,7 @@ def turn_up(axis: str) -> RigidTransform:
 
 
 def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> RigidTransform:
-    """Computes the pose of one frame in another, joint by joint.
-
-    A detour via the world would lose digits.
-    """
+    """Computes the pose of one frame in another, joint by joint. A detour via the world would lose digits."""
     X = last.GetFixedPoseInBodyFrame()
     body = last.body()
     while body.index() != first.body().index():
@@ -287,10 +282,7 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
 
 
 def sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
-    """Computes the combined inertia of bodies in a frame.
-
-    A single body keeps the numbers of the file.
-    """
+    """Computes the combined inertia of bodies in a frame. A single body keeps the numbers of the file."""
     if len(bodies) == 1 and frame.GetFixedPoseInBodyFrame().IsExactlyIdentity():
         written = tree.description.inertials.get(tree.key(bodies[0]))
         if written is not None and written.in_link:

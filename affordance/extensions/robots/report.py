@@ -43,10 +43,7 @@ _HAMMER, _ARROW, _SEEN = "claw hammer", 9.0, 0.3
 
 
 class ReportPart(NamedTuple):
-    """Part of the report with heading, sentences and an optional table.
-
-    The first row of the table is its header.
-    """
+    """Part of the report with heading, sentences and an optional table. The first row of the table is its header."""
 
     heading: str
     sentences: Sequence[str]
@@ -319,10 +316,7 @@ def draw_posture(models: Path) -> Figure:
 
 
 def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
-    """Plots the hand's axes with a hammer in the hand.
-
-    The hand is seen from the right: world x forward, z up.
-    """
+    """Plots the hand's axes with a hammer in the hand. The hand is seen from the right: world x forward, z up."""
     hammer = next(tool for tool in load_tools(MODELS / "workshop" / "tools.yaml") if tool.name == _HAMMER)
     held = hammer.gripped_by(hammer.grips[0])
     R_VH = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) @ R_WH  # V: view along -Vz

@@ -30,10 +30,7 @@ _NO_PLACE = (0.0, 0.0, 0.0)
 
 
 def read_sdf(path: Path, root: Element) -> Description:
-    """Reads an SDF file.
-
-    An invalid value, or a name that is used twice, raises a BadValueError.
-    """
+    """Reads an SDF file. An invalid value, or a name that is used twice, raises a BadValueError."""
     if root.find(".//include") is not None:  # Drake would search everywhere, even the network
         raise BadValueError(path, "include", "is not supported, must be expanded")
     ElementTree.register_namespace("drake", "drake")

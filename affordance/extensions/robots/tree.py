@@ -131,10 +131,7 @@ def build_tree(description: Description) -> RobotTree:
 
 
 def _list_roots(path: Path, plant: MultibodyPlant) -> list[RigidBody]:
-    """Lists the links that no joint carries.
-
-    A link with two parent joints, or a loop, raises a BadValueError.
-    """
+    """Lists the links that no joint carries. A link with two parent joints, or a loop, raises a BadValueError."""
     above: dict[BodyIndex, Joint] = {}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         child = joint.child_body()
@@ -177,10 +174,7 @@ def _collect_remarks() -> Iterator[BufferingHandler]:
 
 
 def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
-    """Checks that joint positions can be set and are within limits.
-
-    The first fault raises a BadValueError.
-    """
+    """Checks that joint positions can be set and are within limits. The first fault raises a BadValueError."""
     joints = {joint.name(): joint for joint in tree.joints_above.values() if joint.num_velocities()}
     for name, value in posture.items():
         joint = joints.get(name)

@@ -32,10 +32,7 @@ _SINGLE = ("inertial", "parent", "child", "origin", "axis", "limit", "dynamics",
 
 
 def read_urdf(path: Path, root: Element) -> Description:
-    """Reads a URDF file.
-
-    An invalid value, or a name that is used twice, raises a BadValueError.
-    """
+    """Reads a URDF file. An invalid value, or a name that is used twice, raises a BadValueError."""
     numbers, robot = Numbers(path), Description(path, "urdf")
     connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)
@@ -142,10 +139,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
 
 
 def _keep_acceleration(limit: Element, numbers: Numbers, key: str) -> None:
-    """Writes a joint's lowest acceleration limit for Drake.
-
-    A value of 0 or less means no limit.
-    """
+    """Writes a joint's lowest acceleration limit for Drake. A value of 0 or less means no limit."""
     names = [name for name in limit.attrib if name in _ACCELERATION or name.endswith("}acceleration")]
     values = [numbers.parse_bound(limit.attrib.pop(name), f"{key}.limit.acceleration") for name in names]
     if found := [value for value in values if value is not None and 0.0 < value < math.inf]:

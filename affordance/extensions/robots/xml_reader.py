@@ -14,10 +14,7 @@ from affordance.files.constraints import check_names
 
 
 def read_xml(path: Path, content: bytes | None = None) -> Element:
-    """Reads the XML of a robot's file, or of its content.
-
-    An oversized file, or one with entities, is rejected.
-    """
+    """Reads the XML of a robot's file, or of its content. An oversized file, or one with entities, is rejected."""
     root = files.read_xml(path, ROBOT) if content is None else files.parse_xml(path, content)
     check_names(path, "name", (element.get("name", "") for element in root.iter()))
     return root
@@ -30,10 +27,7 @@ class Numbers:
     path: Path
 
     def parse(self, text: str | None, key: str, count: int, default: Iterable[float]) -> tuple[float, ...]:
-        """Parses ``count`` finite numbers.
-
-        None gives the default; any other text raises a BadValueError.
-        """
+        """Parses ``count`` finite numbers. None gives the default; any other text raises a BadValueError."""
         if text is None or not text.strip():
             return tuple(default)
         try:
@@ -62,10 +56,7 @@ class Numbers:
         return sizes if shape == "mesh" or all(size > 0.0 for size in sizes) else ()
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
-        """Parses a number that may be infinite.
-
-        Returns None if absent; other text raises a BadValueError.
-        """
+        """Parses a number that may be infinite. Returns None if absent; other text raises a BadValueError."""
         if text is None or not text.strip():
             return None
         try:

@@ -28,10 +28,7 @@ _GREY, _BLUE, _BLACK = "#aaaaaa", "#1f5fa8", "#222222"
 
 
 def draw_masses(belief: ObjectBelief) -> Array:
-    """Draws masses from the belief about an object, (S,), [kg].
-
-    The same belief gives the same draws.
-    """
+    """Draws masses from the belief about an object, (S,), [kg]. The same belief gives the same draws."""
     rng = np.random.default_rng(0)
     rho = belief.densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
     errors = rng.standard_normal((_NUM_SAMPLES, len(belief.geometry.Phi_errors)))
@@ -48,10 +45,7 @@ def describe_mass(mass: float, unit: str = " kg", like: float | None = None) -> 
 
 
 def describe_masses(masses: Array, truth: float) -> str:
-    """Describes a belief about a mass by mean and 90 % interval.
-
-    Samples are (S,), [kg].
-    """
+    """Describes a belief about a mass by mean and 90 % interval. Samples are (S,), [kg]."""
     mean, low, high = (describe_mass(each, "", truth) for each in Amount.of(masses))
     return f"{mean} kg ({low} to {high})"
 
@@ -85,10 +79,7 @@ def describe_grip(costs: Mapping[str, float], chosen: str, unit: str) -> str:
 
 
 def describe_memory(memory: MaterialMemory, names: Mapping[Colour, str]) -> list[tuple[str, str]]:
-    """Lists the colours of a memory and the beliefs about their densities.
-
-    Colours are in the notation of pages.
-    """
+    """Lists the colours of a memory and the beliefs about their densities. Colours are in the notation of pages."""
     if not memory.colours:
         return []
     lows, highs = memory.belief.compute_percentiles([0.25, 0.75]) / 1000.0
@@ -158,10 +149,7 @@ def _trace_masses(masses: Array) -> Array:
 def _build_chart(
     most: float, curves: Sequence[tuple[Array, str, bool]], truths: Sequence[tuple[float, str]]
 ) -> dict[str, Any]:
-    """Builds a chart from 0 to ``most``.
-
-    Curves have a colour and may be filled; true values have a colour.
-    """
+    """Builds a chart from 0 to ``most``. Curves have a colour and may be filled; true values have a colour."""
     step = max(each for each in (*(m * 10.0**k for k in range(-4, 3) for m in (1, 2, 5)),) if each <= most / 3.0)
     return {
         "curves": [

@@ -22,17 +22,12 @@ _STATE = "/state"
 
 
 class LivePage:
-    """Page that is served until the process ends.
-
-    The page asks for the state several times a second.
-    """
+    """Page that is served until the process ends. The page asks for the state several times a second."""
 
     def __init__(
         self, meshcat: Meshcat, buttons: Sequence[tuple[str, str]], sliders: Sequence[tuple[str, str, float, float]]
     ) -> None:
-        """Opens a local port.
-
-        Buttons are name and key, sliders name, label and ends, all of Meshcat's controls.
+        """Opens a local port. Buttons are name and key, sliders name, label and ends, all of Meshcat's controls.
 
         An AffordanceError means that no port can be opened.
         """
@@ -68,10 +63,7 @@ class LivePage:
         return f"http://{_HOST}:{self.port}"
 
     def show(self, state: Mapping[str, object]) -> None:
-        """Shows a state on all pages.
-
-        The template reads every key of it.
-        """
+        """Shows a state on all pages. The template reads every key of it."""
         text = json.dumps(state, allow_nan=False)
         self._server.answers[_STATE] = ("application/json", text.encode())
 

@@ -35,10 +35,7 @@ _ROWS = ("True mass", "Expected", "After feeling", "Moved", "Surprise", "Grip")
 
 
 class Wish(Enum):
-    """Wish of a visitor, by the label of its button.
-
-    A moved slider has no label.
-    """
+    """Wish of a visitor, by the label of its button. A moved slider has no label."""
 
     NEXT = "Next object"
     DECOY = "Decoy"
@@ -50,9 +47,7 @@ class LiveScene:
     """Scene that several Diagrams share, one after another."""
 
     def __init__(self, directives: Path, names: Mapping[Colour, str], tools: Iterable[Tool] = ()) -> None:
-        """Opens Meshcat and the page.
-
-        The camera sees the arm with each of the tools in its hand.
+        """Opens Meshcat and the page. The camera sees the arm with each of the tools in its hand.
 
         Errors are as in ``open_meshcat`` and ``LivePage``.
         """
@@ -160,17 +155,11 @@ class LiveScene:
         self._show()
 
     def draw_path(self, p_WG: Array) -> None:
-        """Draws the demanded path of a point until the next announcement.
-
-        Positions are (N, 3), [m].
-        """
+        """Draws the demanded path of a point until the next announcement. Positions are (N, 3), [m]."""
         self.meshcat.SetLine("path", np.asfortranarray(p_WG.T), 2.0, _RED)
 
     def follow(self, belief: ObjectBelief) -> None:
-        """Draws the belief about the object at hand, if it has changed.
-
-        The first belief is the expectation.
-        """
+        """Draws the belief about the object at hand, if it has changed. The first belief is the expectation."""
         if self._expected is None:
             assert self._tool is not None  # announced before
             self._expected = belief
@@ -198,9 +187,7 @@ class LiveScene:
 
 
 class _BeliefDisplay(SampledSystem):
-    """System that shows the belief next to the scene.
-
-    The system ends a presentation at a visitor's wish.
+    """System that shows the belief next to the scene. The system ends a presentation at a visitor's wish.
 
     Input ports:
         posterior: Belief given the samples so far, ObjectBelief.

@@ -94,19 +94,13 @@ class Show:
         return None
 
     def _advance(self, simulator: Simulator, end: float) -> Wish | None:
-        """Advances a presentation in real time to a time, [s], or to a wish.
-
-        The wish is returned.
-        """
+        """Advances a presentation in real time to a time, [s], or to a wish. The wish is returned."""
         simulator.set_target_realtime_rate(1.0)
         simulator.AdvanceTo(end)
         return self.scene.take_wish()
 
     def _do_task(self) -> Wish | None:
-        """Chooses a grip of the novel tool by the present belief, and does the task.
-
-        Returns a wish.
-        """
+        """Chooses a grip of the novel tool by the present belief, and does the task. Returns a wish."""
         if self._task is None:
             return None
         rng = np.random.default_rng([self._setup.seed, 0, self._trial, Stream.PAPER])

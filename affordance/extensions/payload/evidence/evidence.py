@@ -91,9 +91,7 @@ class ErrorModel(NamedTuple):
     drifts: bool = False  # True if errors may last for many blocks, as those of a wrist sensor do
 
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Estimates each channel's long-run error variance, shape (C,).
-
-        The residual is w^T z, w (C, 27).
+        """Estimates each channel's long-run error variance, shape (C,). The residual is w^T z, w (C, 27).
 
         The estimate is the sum of squared block sums of the residual divided by the number of samples. This is the
         variance of a sample times the number of samples that share its error. If the sensor drifts, it is multiplied
@@ -137,10 +135,7 @@ class ErrorModel(NamedTuple):
         return np.maximum(errors - self._count_fitted(statistics), np.minimum(errors, _FEWEST))
 
     def _count_fitted(self, statistics: JointStatistics) -> float:
-        """Returns the number of fitted unknowns per channel.
-
-        A sensor that drifts has no friction.
-        """
+        """Returns the number of fitted unknowns per channel. A sensor that drifts has no friction."""
         return (_OFFSET if self.drifts else _OWN) + _SHARED / statistics.num_channels
 
 
@@ -209,9 +204,7 @@ class Evidence:
         return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
 
     def list_rotor_sds(self) -> Array:
-        """Returns prior SDs of rotor inertias times gain, (C,).
-
-        The SDs are large enough to explain the whole signal.
+        """Returns prior SDs of rotor inertias times gain, (C,). The SDs are large enough to explain the whole signal.
 
         No robot's file has these inertias. Reflected at the joints of a UR10e, they are .4 to 7 kg m^2. They cancel
         in a difference, and are not felt by wrist sensors or by torque sensors beyond the gears.
@@ -306,10 +299,7 @@ def build_evidence(
 
 
 def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
-    """Restores torques that a run's controller subtracted from its signal, (N, n).
-
-    The gain has shape (n,).
-    """
+    """Restores torques that a run's controller subtracted from its signal, (N, n). The gain has shape (n,)."""
     description, signal = run.description, prepared.signal
     rest = np.zeros_like(prepared.v)
     motion = (prepared.q, rest, rest) if description.leaves_inertia else prepared.motion

@@ -60,9 +60,7 @@ class FittedArm:
         return signal
 
     def measure_friction(self, runs: Sequence[PreparedRun], min_speed: float) -> tuple[Array, Array]:
-        """Computes RMS of each joint's fitted friction and of its speed, (n,) each.
-
-        The offset is excluded.
+        """Computes RMS of each joint's fitted friction and of its speed, (n,) each. The offset is excluded.
 
         Friction is in the signal's unit, speeds in [rad/s]. Samples slower than ``min_speed``, [rad/s], do not count.
         """
@@ -77,10 +75,7 @@ class FittedArm:
 
 
 class ArmRegression:
-    """Sums of products of empty runs.
-
-    An arm can be fitted without any subset of cells.
-    """
+    """Sums of products of empty runs. An arm can be fitted without any subset of cells."""
 
     def __init__(
         self,

@@ -83,10 +83,7 @@ class Gains:
         return mu
 
     def widen(self) -> "Gains":
-        """Returns gains of which only the size is known.
-
-        Each is the median of all, to about 50 %.
-        """
+        """Returns gains of which only the size is known. Each is the median of all, to about 50 %."""
         typical = np.median(np.abs(self.mean[:, 0]))
         mean = np.tile([typical, 0.0], (len(self.mean), 1))
         covariance = np.tile(typical**2 * np.diag([0.25, 0.01]), (len(self.mean), 1, 1))

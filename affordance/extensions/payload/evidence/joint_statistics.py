@@ -44,9 +44,7 @@ class ChannelSamples(NamedTuple):
     def of_joints(
         cls, Y: Array, v: Array, vdot: Array, signal: Array, *, arm_torque: Array, min_speed: float
     ) -> "ChannelSamples":
-        """Builds the samples of joints.
-
-        Samples slower than the minimum speed, [rad/s], are not used.
+        """Builds the samples of joints. Samples slower than the minimum speed, [rad/s], are not used.
 
         The load has the sign of the arm's own torque, (N, n), even if the signal does not contain this torque.
         """
@@ -59,10 +57,7 @@ class ChannelSamples(NamedTuple):
         return self._replace(**{name: values[rows] for name, values in self._asdict().items()})
 
     def build_columns(self) -> Array:
-        """Builds the columns z, shape (C, N, 27).
-
-        Unused samples are zero.
-        """
+        """Builds the columns z, shape (C, N, 27). Unused samples are zero."""
         num, channels = self.velocity.shape
         half = LOAD.stop // 2
         z = np.empty((channels, num, NUM_COLUMNS))
@@ -97,27 +92,18 @@ class JointStatistics:
         return len(self.counts)
 
     def sum_squares(self, w: Array) -> Array:
-        """Computes each channel's sum of squared residuals, (C,).
-
-        Residuals are w^T z with w of shape (C, 27).
-        """
+        """Computes each channel's sum of squared residuals, (C,). Residuals are w^T z with w of shape (C, 27)."""
         total: Array = np.einsum("ci,cij,cj->c", w, self.products, w)
         return np.maximum(total, 0.0)  # of residuals without errors only rounding is left
 
     def sum_block_squares(self, w: Array) -> Array:
-        """Computes each channel's sum of squared block sums of residuals, (C,).
-
-        The incomplete block counts, too.
-        """
+        """Computes each channel's sum of squared block sums of residuals, (C,). The incomplete block counts, too."""
         whole: Array = np.einsum("ci,cij,cj->c", w, self.block_products, w)
         unfinished: Array = np.einsum("ci,ci->c", w, self.block_sum) ** 2
         return whole + unfinished
 
     def correlate_blocks(self, w: Array) -> Array:
-        """Computes the correlation of residuals between neighbouring blocks, shape (C,).
-
-        Residuals are w^T z.
-        """
+        """Computes the correlation of residuals between neighbouring blocks, shape (C,). Residuals are w^T z."""
         squares, between = (
             np.einsum("ci,cij,cj->c", w, each, w) for each in (self.block_products, self.neighbour_products)
         )

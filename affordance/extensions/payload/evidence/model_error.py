@@ -45,9 +45,7 @@ def build_phantom_covariance(mass_sd: float) -> Array:
 
 
 def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
-    """Projects errors of the links onto the payload by least squares along a motion.
-
-    Returns the covariance.
+    """Projects errors of the links onto the payload by least squares along a motion. Returns the covariance.
 
     The links' parameters have the covariance L L^T with L = ``root``, shape (10 n, 10 n); the payload's covariance
     has shape (10, 10).
@@ -59,9 +57,7 @@ def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: Chan
 
 
 def project_pulls(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Projects an external pull onto the payload along a motion.
-
-    Returns the least-squares covariance, (10, 10).
+    """Projects an external pull onto the payload along a motion. Returns the least-squares covariance, (10, 10).
 
     A cable or hose pulls in a constant direction at one of the links of the outer half of the arm. All of these links
     are equally probable, so that more than one lever arm is possible.

@@ -90,9 +90,7 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
 
 
 def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts empty postures from the same postures with the load.
-
-    Postures without a counterpart are left out.
+    """Subtracts empty postures from the same postures with the load. Postures without a counterpart are left out.
 
     Raises:
         BadValueError: Too few postures have a counterpart.
@@ -181,10 +179,7 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
 
 
 def _correlate(reference: Array, moved: Array) -> int:
-    """Finds the lag of velocities, (N, C), behind similar reference velocities.
-
-    The lag is a number of rows.
-    """
+    """Finds the lag of velocities, (N, C), behind similar reference velocities. The lag is a number of rows."""
     size = len(reference) + len(moved) - 1  # padded, so that ends do not wrap around to beginnings
     spectra = np.fft.rfft(moved, size, axis=0) * np.fft.rfft(reference, size, axis=0).conj()
     lag = int(np.argmax(np.fft.irfft(spectra.sum(axis=1), size)))

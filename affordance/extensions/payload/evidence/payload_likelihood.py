@@ -153,10 +153,7 @@ class PayloadLikelihood:
         return log_evidence
 
     def linearise(self, pi: Array) -> Quadratic:
-        """Builds the quadratic approximation of log L near a load, (10,).
-
-        Products of two errors are neglected.
-        """
+        """Builds the quadratic approximation of log L near a load, (10,). Products of two errors are neglected."""
         H, b = self._linearise_channels(pi)
         H, b = H.sum(axis=0), b.sum(axis=0)
         if self._has_shared:  # the last unknown is u
@@ -259,9 +256,7 @@ class PayloadLikelihood:
 
     @cached_property
     def _of_pairs(self) -> Array:
-        """Coefficients of products of two load coefficients in the log likelihood.
-
-        The shape is (121, 1 + 5 C).
+        """Coefficients of products of two load coefficients in the log likelihood. The shape is (121, 1 + 5 C).
 
         The first load coefficient is one, so the products include the coefficients themselves. With M = L^T A^T K A L
         and c = L^T A^T K (x - A g), they yield (x - A g)^T K (x - A g), summed over channels, and then M_11, M_12,
@@ -319,9 +314,7 @@ def _invert_with_identity(M: Array) -> Array:
 
 
 class BodyLikelihood:
-    """Log likelihood log p(run | pi) of bodies.
-
-    The phantom payload is integrated out.
+    """Log likelihood log p(run | pi) of bodies. The phantom payload is integrated out.
 
     Errors of the arm's model are represented by a phantom payload delta ~ N(0, C), so that the load is the sum of the
     body pi and delta. With Q the quadratic approximation of log L near the most probable load, and Q_C that

@@ -49,9 +49,7 @@ def fit_empty_arm(
     settings: IdentificationSettings,
     kept: Array | None = None,
 ) -> FittedArm:
-    """Fits an arm to empty runs, and measures its errors by cross-validation.
-
-    Signals have shape (N, n).
+    """Fits an arm to empty runs, and measures its errors by cross-validation. Signals have shape (N, n).
 
     ``kept`` masks the cells of half a second that are used, shape (cells,); None for all.
     """
@@ -94,10 +92,7 @@ def fit_empty_arm(
     of_joint, offset_sd = np.zeros((robot.num_joints, 3)), settings.get_prior(gains.kind).friction_sd
 
     def describe_friction(share: float) -> Array:
-        """Returns SDs of friction, (n, 3), from a share of each joint's friction.
-
-        Offsets differ in each run.
-        """
+        """Returns SDs of friction, (n, 3), from a share of each joint's friction. Offsets differ in each run."""
         viscous = np.divide(share * size, speed, out=np.zeros_like(size), where=speed > 0.0)  # zero at rest
         return np.column_stack([share * size, viscous, np.full(len(size), offset_sd)])
 
@@ -126,9 +121,7 @@ def fit_empty_arm(
 def build_unpaired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run minus a fitted arm's prediction.
-
-    The arm is fitted to the empty runs.
+    """Builds the evidence of a loaded run minus a fitted arm's prediction. The arm is fitted to the empty runs.
 
     Raises:
         BadValueError: The arm is at rest in too few postures for a fit.
@@ -175,10 +168,7 @@ def subtract_arm(
 def build_file_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run with the arm of its file.
-
-    Empty runs are not used.
-    """
+    """Builds the evidence of a loaded run with the arm of its file. Empty runs are not used."""
     prepared = prepare(loaded, settings)
     prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, gains.mean[:, 0]))
     analysis = f"unpaired: the arm as in {robot.source}"

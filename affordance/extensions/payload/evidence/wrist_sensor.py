@@ -85,10 +85,7 @@ def measure_angle(a: Array, b: Array) -> float:
 
 
 def compute_force_regressors(robot: SerialChain, q: Array) -> Array:
-    """Computes regressors of a resting sensor's forces and moments, (N, 6, 10).
-
-    Forces are first.
-    """
+    """Computes regressors of a resting sensor's forces and moments, (N, 6, 10). Forces are first."""
     rest = np.zeros_like(q)
     forces: Array = robot.compute_wrench_regressors(q, rest, rest)[:, [3, 4, 5, 0, 1, 2]]
     return forces
@@ -139,9 +136,7 @@ _NUM_PASSES = 4
 def build_wrist_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a sensor at the tip.
-
-    Without an empty run, the load is everything on the sensor.
+    """Builds the evidence of a sensor at the tip. Without an empty run, the load is everything on the sensor.
 
     Raises:
         BadValueError: There are several empty runs.
@@ -170,10 +165,7 @@ def build_wrist_evidence(
 
 
 def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettings) -> Evidence:
-    """Subtracts the offset of an empty run.
-
-    The empty hand becomes the phantom payload.
-    """
+    """Subtracts the offset of an empty run. The empty hand becomes the phantom payload."""
     statistics = of_empty.compute_statistics(settings)
     num = statistics.num_channels
     zero = np.zeros(NUM_PARAMETERS)

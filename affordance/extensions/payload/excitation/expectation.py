@@ -88,10 +88,7 @@ class Expectation:
 
     @classmethod
     def after_run(cls, robot: SerialChain, gains: Gains, fit: PayloadFit, settings: IdentificationSettings) -> Self:
-        """Builds the expectation of a run's most probable body.
-
-        Gains are those known before the run.
-        """
+        """Builds the expectation of a run's most probable body. Gains are those known before the run."""
         density, floor = fit.long_run_variance / fit.evidence.rate, fit.evidence.phantom_covariance
         return cls(robot, gains, density, fit.mode.theta[None], floor, settings=settings)
 
@@ -119,19 +116,13 @@ class Expectation:
         return known.with_load(parameters_from_theta(self.bodies).mean(axis=0))
 
     def predict(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Spread:
-        """Predicts the standard deviations after a motion.
-
-        The motion's signal is not used.
-        """
+        """Predicts the standard deviations after a motion. The motion's signal is not used."""
         evidence = self.build_evidence(motion, dynamics)
         return self.measure(evidence, evidence.compute_statistics(self.settings))
 
     @cached_property
     def _precision(self) -> Array:
-        """Inverse prior covariance of a body, (10, 10).
-
-        The body's torques share the common factor of the gains.
-        """
+        """Inverse prior covariance of a body, (10, 10). The body's torques share the common factor of the gains."""
         return SolidPrior.for_hand().with_common_factor(self.gains.common_sd).precision
 
     @cached_property
@@ -192,9 +183,7 @@ _IS_COM = np.isin(np.arange(10), (1, 2, 3))
 
 
 def fill_signal(statistics: JointStatistics, gain: Array, pi: Array, *, has_arm: bool = True) -> JointStatistics:
-    """Computes the sums with the error-free signal of a load.
-
-    Gains g and h have shape (n, 2).
+    """Computes the sums with the error-free signal of a load. Gains g and h have shape (n, 2).
 
     ``has_arm`` is True if the signal contains the arm's torque, False after subtraction.
     """

@@ -98,10 +98,7 @@ def suggest_motion(
 
 
 def suggest_run(belief: PayloadBelief) -> str:
-    """Suggests a recording that would show the mass.
-
-    The text is empty if this run showed it.
-    """
+    """Suggests a recording that would show the mass. The text is empty if this run showed it."""
     evidence = belief.fit.evidence
     if belief.shows_mass:
         return ""
@@ -119,10 +116,7 @@ def suggest_run(belief: PayloadBelief) -> str:
 
 
 def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:
-    """Lists families of motions around the run, within the arm's angle limits.
-
-    Torque limits are not known here.
-    """
+    """Lists families of motions around the run, within the arm's angle limits. Torque limits are not known here."""
     run = belief.fit.evidence.prepared
     middle, quarter = run.q.mean(axis=0), np.full(robot.num_joints, 0.5 * np.pi)
     low, high = robot.limits

@@ -96,10 +96,7 @@ def design_motion(
 def _improve(
     judge: Callable[[Array], float], best: Array, least: float, num_changes: int, rng: np.random.Generator
 ) -> tuple[Array, float]:
-    """Changes the numbers of a motion at random while its score falls.
-
-    Returns the numbers with their score.
-    """
+    """Changes the numbers of a motion at random while its score falls. Returns the numbers with their score."""
     step = _STEP
     for _ in range(num_changes):
         changed = rng.uniform(size=best.shape) < _CHANGED

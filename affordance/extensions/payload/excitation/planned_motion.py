@@ -51,9 +51,7 @@ class MotionLimits(NamedTuple):
         tip_speed: float,
         height: float,
     ) -> "MotionLimits":
-        """Builds the limits of motions within a distance of home, [rad].
-
-        Joint limits are respected, too.
+        """Builds the limits of motions within a distance of home, [rad]. Joint limits are respected, too.
 
         The other arguments are the attributes.
         """
@@ -70,9 +68,7 @@ class MotionLimits(NamedTuple):
     def compute_excess(
         self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
     ) -> float:
-        """Computes the largest share of any limit that a motion uses.
-
-        The result is the maximum over bodies, (K, 10).
+        """Computes the largest share of any limit that a motion uses. The result is the maximum over bodies, (K, 10).
 
         A share above 1 exceeds a limit. The share of the tip's least height is 1 minus the height in metres above it.
         The dynamics of the motion are computed if not given.
@@ -120,10 +116,7 @@ class MotionFamily(abc.ABC):
 
 
 def list_times(duration: float, rate: float = _RATE) -> Array:
-    """Lists even times from 0 to the duration, [s].
-
-    There are at least sixteen per period of the highest harmonic.
-    """
+    """Lists even times from 0 to the duration, [s]. There are at least sixteen per period of the highest harmonic."""
     return np.linspace(0.0, duration, max(_FEWEST, round(duration * rate)) + 1)
 
 
@@ -191,10 +184,7 @@ class FourierFamily(MotionFamily):
 
     @override
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], (N,).
-
-        The motion is slowed down until the tip is slow enough.
-        """
+        """Builds a motion at times, [s], (N,). The motion is slowed down until the tip is slow enough."""
         table = numbers.reshape(self.robot.num_joints, -1)
         share, place = np.clip(table[:, -2], 0.0, 1.0), np.clip(table[:, -1], 0.0, 1.0)
         a, b = np.split(self._basis @ table[:, :-2].T, 2)
@@ -239,10 +229,7 @@ class PostureFamily(MotionFamily):
 
     @override
     def draw(self, rng: np.random.Generator) -> Array:
-        """Draws the numbers of a motion, shape (postures n,).
-
-        Postures are close together or far apart.
-        """
+        """Draws the numbers of a motion, shape (postures n,). Postures are close together or far apart."""
         n = self.robot.num_joints
         centre, spread = rng.uniform(size=n), rng.uniform()
         postures = centre + spread * (rng.uniform(size=(self.num_postures, n)) - centre)
@@ -250,10 +237,7 @@ class PostureFamily(MotionFamily):
 
     @override
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], (N,).
-
-        Returns None if the moves alone take too long.
-        """
+        """Builds a motion at times, [s], (N,). Returns None if the moves alone take too long."""
         limits, num = self.limits, self.num_postures
         widest = 0.5 * _SWEEP_SPEED * self.duration / (2 * num)
         half = np.minimum(widest, 0.25 * (limits.q_upper - limits.q_lower))
@@ -293,10 +277,7 @@ class PostureFamily(MotionFamily):
 
 
 def _move(times: Array, x: Array, start: Array, step: Array, duration: Array | float) -> PreparedRun:
-    """Builds minimum-jerk moves at times, (N,).
-
-    The passed share of their duration is x, (N, 1).
-    """
+    """Builds minimum-jerk moves at times, (N,). The passed share of their duration is x, (N, 1)."""
     return to_motion(
         times,
         start + step * x**3 * (10.0 - 15.0 * x + 6.0 * x**2),

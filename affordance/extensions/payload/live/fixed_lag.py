@@ -65,9 +65,7 @@ class FixedLag:
         return max(1.0, 0.5 / (self.cutoff * self.step))
 
     def spread_jitter(self, rows: PreparedRun, jitter: float, has_v: bool) -> Array:
-        """Computes the SD of acceleration errors due to time-stamp jitter, (N, n), [rad/s^2].
-
-        The jitter is in [s].
+        """Computes the SD of acceleration errors due to time-stamp jitter, (N, n), [rad/s^2]. The jitter is in [s].
 
         A sample whose stamp is late by e shows x(t) - e dx/dt at its stamp. White e causes more noise in faster
         joints, and derivatives amplify it.
@@ -76,10 +74,7 @@ class FixedLag:
         return spread
 
     def add(self, t: float, row: Array) -> None:
-        """Adds the sample of a time, [s]: angles, optional velocities, and signals.
-
-        The shape is (2n,) or (3n,).
-        """
+        """Adds the sample of a time, [s]: angles, optional velocities, and signals. The shape is (2n,) or (3n,)."""
         place = bisect.bisect(self._times, t) if self._times and t < self._times[-1] else len(self._times)
         self._times.insert(place, t)
         self._rows.insert(place, row)

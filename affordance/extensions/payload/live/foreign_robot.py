@@ -147,10 +147,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Truth:
-    """True load of the robot from a time on.
-
-    The load has mass, [kg], and centre of mass at the flange, [m].
-    """
+    """True load of the robot from a time on. The load has mass, [kg], and centre of mass at the flange, [m]."""
 
     time: float
     mark: str
@@ -159,10 +156,7 @@ class Truth:
 
 
 def write_model(name: str) -> str:
-    """Writes the arm's file, an MJCF model.
-
-    The model's site ``flange`` carries the payload.
-    """
+    """Writes the arm's file, an MJCF model. The model's site ``flange`` carries the payload."""
     arm, lines, pad = ARMS[name], [], "  "
     for joint, place, (mass, *centre) in zip(arm.joints, arm.place, arm.links, strict=True):
         moment = 0.4 * mass * _RADIUS**2
@@ -207,19 +201,14 @@ class _Motion:
 
 
 def _draw_body(rng: np.random.Generator, mass: float) -> tuple[float, np.ndarray, np.ndarray]:
-    """Draws a box in front of the flange.
-
-    Returns mass, centre of mass and moments about it.
-    """
+    """Draws a box in front of the flange. Returns mass, centre of mass and moments about it."""
     size = np.array([0.04, 0.04, 0.06]) * rng.uniform(0.6, 1.6, 3) * mass ** (1.0 / 3.0)
     centre = np.array([*rng.uniform(-0.03, 0.03, 2), rng.uniform(0.03, 0.12)])
     return mass, centre, mass / 3.0 * ((size**2).sum() - size**2)
 
 
 def simulate(name: str, script: str, seed: int, arm_seed: int = 7) -> Iterator[Sample | Truth]:
-    """Simulates the robot, which follows a script.
-
-    Yields its reports and true loads.
+    """Simulates the robot, which follows a script. Yields its reports and true loads.
 
     Args:
         name: Name of the arm.

@@ -90,9 +90,7 @@ class LiveEvent:
 
 
 class LiveIdentifier:
-    """Identifier of a running robot's load, fed sample by sample.
-
-    The identifier has no threads and sends nothing.
+    """Identifier of a running robot's load, fed sample by sample. The identifier has no threads and sends nothing.
 
     Attributes:
         robot: Arm up to the tip that carries the payload.
@@ -310,10 +308,7 @@ class LiveIdentifier:
         yield LiveEvent("gap", t, {"seconds": step})
 
     def _advance(self, behind: float) -> Iterator[LiveEvent]:
-        """Filters new rows.
-
-        Tests for a change each half second, and infers a belief each second.
-        """
+        """Filters new rows. Tests for a change each half second, and infers a belief each second."""
         assert self._filter is not None
         if (part := self._filter.take()) is None:
             return
@@ -376,18 +371,12 @@ class LiveIdentifier:
         return variance
 
     def _measure_jitter(self) -> float:
-        """Measures the SD of stamps about an even grid, [s].
-
-        Outliers hardly affect it.
-        """
+        """Measures the SD of stamps about an even grid, [s]. Outliers hardly affect it."""
         steps = np.array(self._steps)
         return float(np.median(np.abs(steps - np.median(steps))) / 0.6745 / np.sqrt(2.0))
 
     def _split(self) -> None:
-        """Begins a segment at a change of load.
-
-        The cell of the change, which has neither load, is left out.
-        """
+        """Begins a segment at a change of load. The cell of the change, which has neither load, is left out."""
         age = self._change.date(self._cells)
         mixed, cells = self._cells[-age], self._cells[-age + 1 :]
         rows = [each for each in self._rows if each.times[0] >= cells[0].start]
@@ -395,10 +384,7 @@ class LiveIdentifier:
         self._unnamed = 0.5 * (mixed.start + mixed.end)
 
     def _believe(self) -> Iterator[LiveEvent]:
-        """Infers the payload of the segment.
-
-        Names a change, and gives a final answer if possible.
-        """
+        """Infers the payload of the segment. Names a change, and gives a final answer if possible."""
         whole = join(self._rows)
         seconds = float(whole.times[-1] - whole.times[0])
         if seconds < _SHORTEST:
@@ -474,10 +460,7 @@ class LiveIdentifier:
         )
 
     def _name(self, belief: PayloadBelief, seconds: float) -> Iterator[LiveEvent]:
-        """Names a change once the new load is well known.
-
-        The transient looks like any load.
-        """
+        """Names a change once the new load is well known. The transient looks like any load."""
         was_light, (was_low, was_high) = self._before
         low, high = belief.mass_interval90
         apart = low > was_high or high < was_low

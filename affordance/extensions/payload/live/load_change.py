@@ -50,10 +50,7 @@ class Cell(NamedTuple):
 
     @classmethod
     def of(cls, samples: ChannelSamples, times: Array, jitter: Array) -> "Cell":
-        """Computes the sums of samples at times, (N,), [s].
-
-        Long-run variances due to stamp jitter are (N, C).
-        """
+        """Computes the sums of samples at times, (N,), [s]. Long-run variances due to stamp jitter are (N, C)."""
         z = samples.build_columns()
         counts = samples.used.sum(axis=0, dtype=float)
         spread = (samples.used * jitter).sum(axis=0)
@@ -69,10 +66,7 @@ class LoadChange:
     """Test for a change of the load, based on the errors of a fitted empty arm."""
 
     def __init__(self, fitted: FittedArm, gains: Gains) -> None:
-        """Stores the gains, which are assumed to have no error.
-
-        A wrong gain is wrong before and after a change.
-        """
+        """Stores the gains, which are assumed to have no error. A wrong gain is wrong before and after a change."""
         num = len(gains.mean)
         exact, no_friction = np.zeros((num, 2, 2)), np.zeros((num, 3))
         self._prior = ChannelPrior(gains.mean, exact, no_friction, fitted.friction_left, has_arm=False)
@@ -103,10 +97,7 @@ class LoadChange:
         return self.measure(cells) > _CHANGED
 
     def date(self, cells: Sequence[Cell]) -> int:
-        """Finds the most probable number of newest cells after the change.
-
-        Two loads then explain all cells best.
-        """
+        """Finds the most probable number of newest cells after the change. Two loads then explain all cells best."""
         ages = range(_FEWEST_AFTER, min(_DATED + 1, len(cells) - 1))
         return max(ages, key=lambda age: self._explain(cells[:-age]) + self._explain(cells[-age:]))
 
@@ -146,10 +137,7 @@ class LoadChange:
 
 
 def _join(cells: Sequence[Cell]) -> JointStatistics:
-    """Adds the sums of cells.
-
-    Blocks are left empty, because no variance is estimated from them here.
-    """
+    """Adds the sums of cells. Blocks are left empty, because no variance is estimated from them here."""
     products, sums, counts = (sum(each) for each in zip(*(cell[:3] for cell in cells), strict=True))
     return JointStatistics(products, 0.0 * products, 0.0 * products, sums, counts, 1, 0)  # type: ignore[arg-type]
 

@@ -37,10 +37,7 @@ class Recorder:
         self.num_seen = self._num_final = 0
 
     def add(self, t: float, q: Array, v: Array | None, signal: Array) -> None:
-        """Adds a sample to ``seen_N.csv``.
-
-        A sample without numbers, which no reader accepts, is left out.
-        """
+        """Adds a sample to ``seen_N.csv``. A sample without numbers, which no reader accepts, is left out."""
         if not np.isfinite(np.concatenate([q, signal] if v is None else [q, v, signal])).all():
             return
         if self._file is None:

@@ -76,10 +76,7 @@ def _read(connection: socket.socket, host: str, names: list[str]) -> Iterator[Sa
 
 
 def _ask(connection: socket.socket, type_: int, payload: bytes = b"") -> bytes:
-    """Sends a package, and returns the payload of its answer.
-
-    Texts in between are skipped.
-    """
+    """Sends a package, and returns the payload of its answer. Texts in between are skipped."""
     connection.sendall(struct.pack(">HB", len(payload) + 3, type_) + payload)
     while True:
         answer, data = _receive(connection)

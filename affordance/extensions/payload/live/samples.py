@@ -17,10 +17,7 @@ _BETWEEN = 1.0  # time between recordings, [s]
 
 
 class Sample(NamedTuple):
-    """Joint state from a driver.
-
-    Joints are in any order, and others may be included.
-    """
+    """Joint state from a driver. Joints are in any order, and others may be included."""
 
     time: float  # when it was measured, [s]
     names: Sequence[str]
@@ -40,18 +37,13 @@ class JointOrder:
         self._orders: dict[tuple[str, ...], list[int] | None] = {}
 
     def refuse(self) -> None:
-        """Rejects a stream whose last message was of other joints.
-
-        The BadValueError names these joints.
-        """
+        """Rejects a stream whose last message was of other joints. The BadValueError names these joints."""
         if self._foreign:
             problem = f"are {', '.join(self._foreign)[:200]}, must include {', '.join(self._joints)}"
             raise BadValueError("the stream", "names", problem)
 
     def pick(self, sample: Sample) -> tuple[Array, Array | None, Array] | None:
-        """Selects angles, velocities and signals, (n,) each.
-
-        Returns None if the message is of other joints.
+        """Selects angles, velocities and signals, (n,) each. Returns None if the message is of other joints.
 
         Raises:
             BadValueError: The message lacks numbers, or only messages of other joints come.
@@ -79,9 +71,7 @@ class JointOrder:
 
 
 def read_lines(lines: Iterable[str], joints: Sequence[str]) -> Iterator[Sample]:
-    """Reads joint states from lines of text.
-
-    A line is a JSON object, or a row of a table below a line of names.
+    """Reads joint states from lines of text. A line is a JSON object, or a row of a table below a line of names.
 
     A JSON object has the fields of a JointState: time (or header), name, position, velocity, effort. A table has the
     columns of a recording: time, q_1.., v_1.. and tau_1.. or current_1.., or a logger's.

@@ -67,10 +67,7 @@ def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Ar
 
 
 def list_directions(dimension: int) -> list[int]:
-    """Lists the direction numbers of a dimension, in multiples of 2^-30.
-
-    Dimensions count from 0.
-    """
+    """Lists the direction numbers of a dimension, in multiples of 2^-30. Dimensions count from 0."""
     inner, first = _POLYNOMIALS[dimension - 1] if dimension else (0, (1,) * _BITS)
     degree = len(first)
     directions = [m << (_BITS - 1 - i) for i, m in enumerate(first)]
@@ -139,10 +136,7 @@ class Proposal:
         return np.concatenate([about, self.prior.draw_theta(rng, num_prior)])
 
     def compute_log_density(self, theta: Array, prior: Array) -> Array:
-        """Computes the log density, (N,), given the prior's, (N,).
-
-        The constant is common to all components.
-        """
+        """Computes the log density, (N,), given the prior's, (N,). The constant is common to all components."""
         about = add_logs(self._compute_log_densities(theta))
         log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
         return log_density
@@ -167,10 +161,7 @@ class Proposal:
         return Proposal.build(Normals(means, covariances), log_evidence, self.prior)
 
     def _compute_log_densities(self, theta: Array) -> Array:
-        """Computes the log density of each t distribution times its share, (N, K).
-
-        A common constant is left out.
-        """
+        """Computes the log density of each t distribution times its share, (N, K). A common constant is left out."""
         size = self.kinds.means.shape[1]
         half, power = 0.5 * _DEGREES_OF_FREEDOM, 0.5 * (_DEGREES_OF_FREEDOM + size)
         scales = self.kinds.log_scales + gammaln(power) - gammaln(half) - 0.5 * size * np.log(half)
@@ -222,9 +213,7 @@ class WeightedBodies(NamedTuple):
 
     @property
     def effective_size(self) -> float:
-        """Number of independent samples that would be as accurate.
-
-        The worst of the ten parameters counts.
+        """Number of independent samples that would be as accurate. The worst of the ten parameters counts.
 
         The variance of a weighted mean is estimated from sums over the samples with a common ancestor, which may be
         correlated (Lee & Whiteley 2018, Variance estimation in the particle filter).
@@ -251,10 +240,7 @@ def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array,
 
 
 def measure_step(step: Array, mode: Mode) -> float:
-    """Computes the squared length of a step in posterior SDs.
-
-    Theta has no common unit.
-    """
+    """Computes the squared length of a step in posterior SDs. Theta has no common unit."""
     return float(step @ np.linalg.solve(mode.covariance, step))
 
 
@@ -408,10 +394,7 @@ def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
 
 
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
-    """Finds the largest step of the exponent that keeps half the samples effective.
-
-    The step is at most ``most``.
-    """
+    """Finds the largest step of the exponent that keeps half the samples effective. The step is at most ``most``."""
 
     def count(step: float) -> float:
         return float(1.0 / np.sum(normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
@@ -426,10 +409,7 @@ def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
 
 
 def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
-    """Guesses theta, (10,), from a normal posterior's mean.
-
-    The mean is made physically consistent.
-    """
+    """Guesses theta, (10,), from a normal posterior's mean. The mean is made physically consistent."""
     pi = parameters_from_theta(prior.mean)
     D = compute_jacobian(prior.mean)
     quadratic = likelihood.linearise(pi)
@@ -448,10 +428,7 @@ def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
 def _climb(
     quadratic: Quadratic, mean: Array, precision: Array, theta: Array, tolerance: float
 ) -> tuple[Array, Array]:
-    """Finds the most probable theta and its covariance.
-
-    The likelihood is quadratic, and the prior normal.
-    """
+    """Finds the most probable theta and its covariance. The likelihood is quadratic, and the prior normal."""
     H, b = quadratic.precision, quadratic.information
 
     def evaluate(theta: Array) -> tuple[float, Array]:

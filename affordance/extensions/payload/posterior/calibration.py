@@ -87,10 +87,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
 
 
 def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
-    """Estimates gains from the arm's own weight, to about 20 %.
-
-    Gains of a light wrist remain undetermined.
-    """
+    """Estimates gains from the arm's own weight, to about 20 %. Gains of a light wrist remain undetermined."""
     evidence = build_evidence(
         robot,
         run.source,
@@ -120,10 +117,7 @@ def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings
 
 
 def check_halves(evidence: Evidence, reference_mass: float, settings: IdentificationSettings) -> HalfCheck:
-    """Identifies a weighed load, [kg], from each half of a run.
-
-    Each half uses the gains of the other half.
-    """
+    """Identifies a weighed load, [kg], from each half of a run. Each half uses the gains of the other half."""
     settings = replace(settings, num_samples=min(settings.num_samples, _FEW))
     middle = len(evidence.prepared.times) // 2
     halves = evidence.select(slice(middle)), evidence.select(slice(middle, None))
@@ -151,10 +145,7 @@ def _estimate_friction_sd(fit: PayloadFit) -> Array:
 
 
 def _guess_scale(evidence: Evidence, mass: float) -> float:
-    """Guesses the ratio of signal to torque for a point mass at the tip.
-
-    The result is the median over joints.
-    """
+    """Guesses the ratio of signal to torque for a point mass at the tip. The result is the median over joints."""
     of_arm = 0.0 if evidence.is_difference else evidence.samples.tau_arm
     torque = of_arm + evidence.samples.Y[..., 0] * mass
     signal = evidence.samples.signal

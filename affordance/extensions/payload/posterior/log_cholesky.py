@@ -50,9 +50,7 @@ def theta_from_parameters(pi: Array) -> Array:
 
 
 def thicken(pi: Array) -> Array:
-    """Thickens bodies, (..., 10), by a micrometre.
-
-    After rounding, even the thinnest then has a positive volume.
+    """Thickens bodies, (..., 10), by a micrometre. After rounding, even the thinnest then has a positive volume.
 
     Bodies of many metres become thicker by more, but by less than a millionth of their size.
     """

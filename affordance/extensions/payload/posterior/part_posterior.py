@@ -95,10 +95,7 @@ class PlacedObject(NamedTuple):
     unseen: Array  # covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10)
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
-        """Draws physically consistent bodies from the prior, (N, 10).
-
-        N is at most ``num_samples``.
-        """
+        """Draws physically consistent bodies from the prior, (N, 10). N is at most ``num_samples``."""
         rho = self.belief.densities.draw_samples(rng, num_samples)
         geometry = add_unseen(self.belief.geometry, self.unseen, share)
         root = factor(geometry.compute_covariance(self.belief.densities.compute_mean()))
@@ -175,9 +172,7 @@ def infer_parts(
 def _draw(
     quadratic: Quadratic, belief: ObjectBelief, discrepancy: Array, rng: np.random.Generator, num_samples: int
 ) -> tuple[Array, int]:
-    """Draws densities, then the unseen rest given these.
-
-    Returns the bodies and the number of draws.
+    """Draws densities, then the unseen rest given these. Returns the bodies and the number of draws.
 
     At most ``num_samples`` bodies are returned, shape (N, 10).
     """

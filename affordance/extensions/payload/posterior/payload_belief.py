@@ -37,10 +37,7 @@ class Marginals(NamedTuple):
 
 
 def describe_bodies(pi: Array) -> Array:
-    """Computes mass, centre of mass and moments about it from pi, (N, 10).
-
-    The order is as in QUANTITIES.
-    """
+    """Computes mass, centre of mass and moments about it from pi, (N, 10). The order is as in QUANTITIES."""
     m, c = pi[:, 0], pi[:, 1:4] / pi[:, :1]
     return np.column_stack([m, c, pi[:, 4:] - m[:, None] * compute_point_parameters(c)[:, 4:]])
 
@@ -296,10 +293,7 @@ class PayloadBelief:
 
     @property
     def learned(self) -> tuple[LearnedDensity, ...]:
-        """Densities of the materials in the seen object, after the run.
-
-        The tuple is empty without a camera.
-        """
+        """Densities of the materials in the seen object, after the run. The tuple is empty without a camera."""
         if self.seen is None:
             return ()
         low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
@@ -316,10 +310,7 @@ class PayloadBelief:
 
     @property
     def teaches(self) -> bool:
-        """True if a memory should learn from the run.
-
-        The run is trusted, and the object is what it looks like.
-        """
+        """True if a memory should learn from the run. The run is trusted, and the object is what it looks like."""
         return self.is_trusted and self.seen is not None and (self.p_value is None or self.p_value >= SURPRISE)
 
     @cached_property
@@ -397,10 +388,7 @@ class PayloadBelief:
         return tuple(sentences)
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns all results as plain numbers and texts for JSON.
-
-        Results are in SI units, at the tip.
-        """
+        """Returns all results as plain numbers and texts for JSON. Results are in SI units, at the tip."""
         m, moments = self.marginals, slice(4, 10)
         pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])
         content: dict[str, Any] = {

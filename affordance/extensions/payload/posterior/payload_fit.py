@@ -52,10 +52,7 @@ class PayloadFit(NamedTuple):
 
 
 def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
-    """Builds the prior of all unknowns but the payload.
-
-    Gains include drift.
-    """
+    """Builds the prior of all unknowns but the payload. Gains include drift."""
     friction_sd = evidence.list_friction_sds(settings)
     # Calibrated friction does not apply if another run was subtracted.
     carried = None if evidence.is_difference else gains.friction_sd
@@ -118,9 +115,7 @@ def _measure(likelihood: PayloadLikelihood, mode: Mode, solid: SolidPrior) -> fl
 
 
 def measure_axes(fit: PayloadFit) -> tuple[Array, Array]:
-    """Estimates a wrist sensor's force scale along each axis, relative to the load.
-
-    The load is the fitted one.
+    """Estimates a wrist sensor's force scale along each axis, relative to the load. The load is the fitted one.
 
     The scale is the slope of measured over predicted force, with an offset. The prior of the gains is not used.
 
@@ -189,9 +184,7 @@ def vary_unknowns(fit: PayloadFit, spreads: Array, settings: IdentificationSetti
 
 
 def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: IdentificationSettings) -> tuple[Array, Array]:
-    """Estimates each gain's change since the subtracted run by the data alone.
-
-    No prior shrinks it.
+    """Estimates each gain's change since the subtracted run by the data alone. No prior shrinks it.
 
     Body and variances are fitted again, with changes of any size. The errors of the changes are conditional errors
     for a given load, plus errors due to the uncertainty of body and phantom payload. A variance that was estimated
@@ -232,9 +225,7 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
 def add_friction_error(
     evidence: Evidence, gains: Gains, solid: SolidPrior, settings: IdentificationSettings
 ) -> Evidence:
-    """Adds errors of the friction model to a pair's evidence, as a phantom payload.
-
-    The errors do not average out.
+    """Adds errors of the friction model to a pair's evidence, as a phantom payload. The errors do not average out.
 
     No model of friction is right. One standard deviation of a joint's error is taken to be the whole effect of its
     friction: the change of the most probable load if the joint is assumed to have none. Joints err independently.

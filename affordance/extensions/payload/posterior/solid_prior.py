@@ -51,10 +51,7 @@ class Normals:
 
     @cached_property
     def log_scales(self) -> Array:
-        """Logarithms of the densities at the means, shape (K,).
-
-        Powers of 2 pi are left out.
-        """
+        """Logarithms of the densities at the means, shape (K,). Powers of 2 pi are left out."""
         scales: Array = -np.log(np.diagonal(self.roots, axis1=1, axis2=2)).sum(axis=1)
         return scales
 
@@ -76,10 +73,7 @@ class Normals:
 
 
 def add_logs(logs: Array) -> Array:
-    """Computes log-sum-exp over K terms, (N, K), several times faster than NumPy.
-
-    The result is (N,).
-    """
+    """Computes log-sum-exp over K terms, (N, K), several times faster than NumPy. The result is (N,)."""
     most = logs.max(axis=1)
     total: Array = most + np.log(np.exp(logs - most[:, None]).sum(axis=1))
     return total
@@ -87,10 +81,7 @@ def add_logs(logs: Array) -> Array:
 
 @dataclass(frozen=True)
 class SolidPrior:
-    """Mixture of normal distributions of theta (see log_cholesky).
-
-    Samples are physically consistent bodies.
-    """
+    """Mixture of normal distributions of theta (see log_cholesky). Samples are physically consistent bodies."""
 
     kinds: Normals  # distribution of theta for each of K kinds of solids
     shares: Array  # probability of each kind, shape (K,); they sum to one
@@ -103,9 +94,7 @@ class SolidPrior:
 
     @classmethod
     def from_samples(cls, *kinds: Array) -> "SolidPrior":
-        """Fits the prior to samples of equally probable kinds of bodies, (N, 10) each.
-
-        N must be well above 10.
+        """Fits the prior to samples of equally probable kinds of bodies, (N, 10) each. N must be well above 10.
 
         Raises:
             numpy.linalg.LinAlgError: A body is not physically consistent.
@@ -130,10 +119,7 @@ class SolidPrior:
         return SolidPrior(kinds, shares / shares.sum())
 
     def with_common_factor(self, sd: float) -> "SolidPrior":
-        """Returns the prior of a body times an unknown factor.
-
-        The log of the factor is normal with the given SD.
-        """
+        """Returns the prior of a body times an unknown factor. The log of the factor is normal with the given SD."""
         covariances = np.array(self.kinds.covariances)
         covariances[:, 0, 0] += sd**2
         return SolidPrior(Normals(self.kinds.means, covariances), self.shares)
@@ -179,10 +165,7 @@ class SolidPrior:
         return add_logs(self.compute_log_densities(theta))
 
     def compute_log_densities(self, theta: Array) -> Array:
-        """Computes each kind's log density times its probability, (N, K).
-
-        A common constant is left out.
-        """
+        """Computes each kind's log density times its probability, (N, K). A common constant is left out."""
         squares = self.kinds.measure_squares(theta)
         log_densities: Array = np.log(self.shares) + self.kinds.log_scales - 0.5 * squares
         return log_densities
@@ -200,10 +183,7 @@ class SolidPrior:
 
 
 def _draw_random_solids(rng: np.random.Generator) -> tuple[Array, ...]:
-    """Draws solids of each kind, (N, 10) each.
-
-    Kinds are assemblies, compact boxes, rods, and handles with a head.
-    """
+    """Draws solids of each kind, (N, 10) each. Kinds are assemblies, compact boxes, rods, and handles with a head."""
     return _draw_assemblies(rng), _draw_compact(rng), _draw_rods(rng), _draw_handled(rng)
 
 
@@ -227,10 +207,7 @@ def _draw_compact(rng: np.random.Generator) -> Array:
 
 
 def _draw_rods(rng: np.random.Generator) -> Array:
-    """Draws the ten parameters of rods along x, (N, 10).
-
-    The rods are turned afterwards.
-    """
+    """Draws the ten parameters of rods along x, (N, 10). The rods are turned afterwards."""
     length = _draw_log_uniform(rng, _ROD_LENGTHS, (_NUM_SOLIDS, 1))
     second = _measure_cylinder(length, _draw_log_uniform(rng, _ROD_RADII, (_NUM_SOLIDS, 1)))
     along = rng.uniform(-0.5, 0.5, (_NUM_SOLIDS, 1)) * length
@@ -239,10 +216,7 @@ def _draw_rods(rng: np.random.Generator) -> Array:
 
 
 def _draw_handled(rng: np.random.Generator) -> Array:
-    """Draws the ten parameters of handles along x with a head, (N, 10).
-
-    The handles are turned afterwards.
-    """
+    """Draws the ten parameters of handles along x with a head, (N, 10). The handles are turned afterwards."""
     shape = (_NUM_SOLIDS, 1)
     length = _draw_log_uniform(rng, _HANDLE_LENGTHS, shape)
     handle = _measure_cylinder(length, _draw_log_uniform(rng, _HANDLE_RADII, shape))
@@ -256,10 +230,7 @@ def _draw_handled(rng: np.random.Generator) -> Array:
 
 
 def _measure_cylinder(length: Array, radius: Array) -> Array:
-    """Computes mean squared coordinates of cylinders along x, (N, 1, 3).
-
-    Lengths and radii are (N, 1).
-    """
+    """Computes mean squared coordinates of cylinders along x, (N, 1, 3). Lengths and radii are (N, 1)."""
     return np.stack([length**2 / 12.0, radius**2 / 4.0, radius**2 / 4.0], axis=-1)
 
 

@@ -55,9 +55,7 @@ class Jump(NamedTuple):
 
 
 def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
-    """Finds changes of joint angles that exceed the velocity limits.
-
-    The changes are between neighbouring samples.
+    """Finds changes of joint angles that exceed the velocity limits. The changes are between neighbouring samples.
 
     In a table of held postures, the angles jump from each posture to the next unless they are close together. A jump
     exceeds one and a half times the limit by 0.05 rad. The time is the longer of sample interval and median time
@@ -139,10 +137,7 @@ def _is_smooth(q: Array, row: int) -> bool:
 
 
 def _explain_units(q: Array, step: float, worst: Jump, ranges: Array) -> str:
-    """Explains which unit is probably wrong in a smooth but too fast motion.
-
-    ``step`` is the time step, [s].
-    """
+    """Explains which unit is probably wrong in a smooth but too fast motion. ``step`` is the time step, [s]."""
     if step <= _SHORTEST and worst.rate <= _NEXT_UNIT * _RATE_SLACK * worst.limit:
         return f"{1e6 * step:.3g} us between samples is improbable: {LONGER_UNIT}"
     low, high = ranges
@@ -169,9 +164,7 @@ def _explain_jumps(q: Array, jumps: tuple[Jump, ...]) -> str:
 
 
 def find_lag(times: Array, values: Array, rate: Array) -> float:
-    """Estimates the delay of a recorded rate, [s].
-
-    The delay is negative if the rate is early.
+    """Estimates the delay of a recorded rate, [s]. The delay is negative if the rate is early.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].

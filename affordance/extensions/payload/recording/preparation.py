@@ -81,10 +81,7 @@ def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
 
 
 def _compute_bandwidth(v: Array, rate: float) -> float:
-    """Computes the bandwidth of the moving joints' velocities, [Hz].
-
-    Nearly all of their power is below it.
-    """
+    """Computes the bandwidth of the moving joints' velocities, [Hz]. Nearly all of their power is below it."""
     power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
     total = power.sum(axis=0)
     share = np.cumsum(power, axis=0) / total
@@ -96,9 +93,7 @@ def _compute_bandwidth(v: Array, rate: float) -> float:
 def prepare(
     run: Run, settings: IdentificationSettings, *, cutoff: float | None = None, times: Array | None = None
 ) -> PreparedRun:
-    """Filters a run and computes its derivatives.
-
-    Postures are returned unchanged, at rest and at nominal times.
+    """Filters a run and computes its derivatives. Postures are returned unchanged, at rest and at nominal times.
 
     Args:
         run: Recorded run.
@@ -134,9 +129,7 @@ def prepare(
 
 
 def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
-    """Applies a Butterworth filter forwards and backwards to even samples, (N, C).
-
-    The rate is in [Hz].
+    """Applies a Butterworth filter forwards and backwards to even samples, (N, C). The rate is in [Hz].
 
     The results equal ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the values are
     extended by odd reflection at both ends, and each pass starts in the steady state of its first value. At the

@@ -184,9 +184,7 @@ class Run:
 
     @property
     def fingerprint(self) -> str:
-        """Text that identifies the recording, from the smallest hash of a sample.
-
-        Most trimmed copies retain it.
+        """Text that identifies the recording, from the smallest hash of a sample. Most trimmed copies retain it.
 
         Samples that occur more than once do not count unless there are no others: samples of an arm at rest, in steps
         of its encoders and sensors, may occur in other runs too.
@@ -238,9 +236,7 @@ class Run:
         )
 
     def measure_overlap(self, other: "Run") -> float:
-        """Computes the share of this run's samples that also occur in another run.
-
-        Times are ignored.
+        """Computes the share of this run's samples that also occur in another run. Times are ignored.
 
         Angles and signals are compared to a thousandth of the signals' range, which rounding seldom exceeds and noise
         nearly always does. Two recordings of the same motion have hardly any samples that agree at every joint.
@@ -265,9 +261,7 @@ class Run:
         return BadValueError(self.source, f"row {number}, column {column}", problem)
 
     def check_rates(self, limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
-        """Checks joint speeds against ``limits``, (n,), [rad/s].
-
-        ``ranges`` are the angle limits, (2, n), [rad].
+        """Checks joint speeds against ``limits``, (n,), [rad/s]. ``ranges`` are the angle limits, (2, n), [rad].
 
         Raises:
             BadValueError: A joint turns too fast.

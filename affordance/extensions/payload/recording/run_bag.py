@@ -25,9 +25,7 @@ type _Read = Callable[[str, str], Iterator[tuple[float, Any]]]
 
 
 def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> pd.DataFrame:
-    """Reads joint states and simultaneous wrenches from a bag.
-
-    A bag is a folder, or a .mcap, .db3 or .bag file.
+    """Reads joint states and simultaneous wrenches from a bag. A bag is a folder, or a .mcap, .db3 or .bag file.
 
     Args:
         path: Bag.
@@ -76,10 +74,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
 
 
 def _choose_topic(path: Path, connections: Any, topic: str, kind: str) -> str:
-    """Chooses the named topic, or the only topic of a kind.
-
-    The messages must be of this kind.
-    """
+    """Chooses the named topic, or the only topic of a kind. The messages must be of this kind."""
     of_kind: list[str] = sorted({each.topic for each in connections if each.msgtype == kind})
     if not topic and len(of_kind) == 1:
         return of_kind[0]

@@ -81,10 +81,7 @@ COLUMN_MAPS = {
 
 
 def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None]:
-    """Returns our name of each table column, such as q_1.
-
-    Unused columns are None.
-    """
+    """Returns our name of each table column, such as q_1. Unused columns are None."""
     found: list[tuple[str, int | None] | None] = []
     for name in names:
         matches = ((ours, re.fullmatch(pattern, name.strip())) for ours, pattern in column_map.patterns.items())

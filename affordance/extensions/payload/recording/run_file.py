@@ -125,10 +125,7 @@ def _join_tables(parts: Sequence[Path], tables: Sequence[pd.DataFrame]) -> pd.Da
 
 
 def _check_clock(parts: Sequence[Path], times: Sequence[Array]) -> None:
-    """Checks that each part begins after the previous part ends.
-
-    Times are (N,) each.
-    """
+    """Checks that each part begins after the previous part ends. Times are (N,) each."""
     for (before, earlier), (part, later) in itertools.pairwise(zip(parts, times, strict=True)):
         if len(earlier) and len(later) and not later[0] > earlier[-1]:
             problem = f"begins at {later[0]:.6f}, must be later than the end of {before.name}, {earlier[-1]:.6f}"
@@ -296,8 +293,5 @@ def _build_postures(path: Path, table: pd.DataFrame, description: RunDescription
 
 
 def _looks_held(q: Array) -> bool:
-    """Returns True if rows of a table without times are separate postures.
-
-    Most of them must be far apart.
-    """
+    """Returns True if rows of a table without times are separate postures. Most of them must be far apart."""
     return len(q) >= FEWEST_POSTURES and bool(np.median(np.abs(np.diff(q, axis=0)).max(axis=1)) > _APART)

@@ -23,9 +23,7 @@ _EFFORTS = ("effort", "torque", "current", "force", "wrench")
 
 
 def read_text(path: Path, skipped: int = 0) -> pd.DataFrame:
-    """Reads rows of numbers below a number of skipped rows.
-
-    Names of columns are empty without a header line.
+    """Reads rows of numbers below a number of skipped rows. Names of columns are empty without a header line.
 
     Raises:
         BadValueError: The file cannot be read, or a row is incomplete or not of numbers; the message names it.
@@ -35,9 +33,7 @@ def read_text(path: Path, skipped: int = 0) -> pd.DataFrame:
 
 
 def read_arrays(path: Path) -> pd.DataFrame:
-    """Reads a .npz or .parquet file.
-
-    The columns of a matrix become NAME_1, NAME_2 and so on.
+    """Reads a .npz or .parquet file. The columns of a matrix become NAME_1, NAME_2 and so on.
 
     Raises:
         BadValueError: The file is not a table of numbers, or unpacks to more than the largest size of a recording.

@@ -16,10 +16,7 @@ _STEP = float(np.log(_RELATIVE[1] / _RELATIVE[0]))
 
 
 class Regression(NamedTuple):
-    """Posterior of the coefficients: a mixture of normals over C grid cells.
-
-    The grid has spreads and error SDs.
-    """
+    """Posterior of the coefficients: a mixture of normals over C grid cells. The grid has spreads and error SDs."""
 
     log_evidence: float
     weights: Array  # probabilities of the cells, shape (C,)

@@ -113,10 +113,7 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
 
 
 def _shorten(name: str) -> str:
-    """Returns our name of a column.
-
-    Examples: "wrench.force.x" is fx, "Mx [Nm]" tx, and "Roll (deg)" roll_deg.
-    """
+    """Returns our name of a column. Examples: "wrench.force.x" is fx, "Mx [Nm]" tx, and "Roll (deg)" roll_deg."""
     name = re.sub(r"\s*[\[(](deg|°).*", "_deg", name.strip().lower())
     name = re.sub(r"\s*[\[(].*", "", name)  # another unit
     name = re.sub("^m(?=[xyz]$)", "t", name)
@@ -165,10 +162,7 @@ def _build_rotations(path: Path, table: TextTable, form: str, values: Array) -> 
 
 
 def _find_stays(marks: Array, numbers: Array | None) -> tuple[Array, Array]:
-    """Finds first rows and ends of poses, (K,) each.
-
-    A pose is a series of successive rows.
-    """
+    """Finds first rows and ends of poses, (K,) each. A pose is a series of successive rows."""
     if numbers is not None:
         starts = [0, *(np.flatnonzero(np.diff(numbers)) + 1)]
     else:

@@ -213,10 +213,7 @@ def _compare_ways(ways: Sequence[Interpretation], odds: Array, best: int, axes: 
 
 
 def _advise(weighing: Weighing, forces: Regression, torques: Regression) -> str:
-    """Finds the most helpful direction of gravity, in words.
-
-    This direction narrows mass and centre of mass most.
-    """
+    """Finds the most helpful direction of gravity, in words. This direction narrows mass and centre of mass most."""
     cells = [int(np.argmax(fit.weights)) for fit in (forces, torques)]
     mass, moment = forces.mean[0], torques.mean[:3]
     tried = [np.array(each, dtype=float) for each in np.ndindex(3, 3, 3) if each != (1, 1, 1)]

@@ -33,10 +33,7 @@ _SURE = 3.0  # SDs of such a difference at which it is certain
 
 
 def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regression]) -> list[str]:
-    """Finds much better explanations of the wrenches than a load, gains and offsets.
-
-    Each is a sentence.
-    """
+    """Finds much better explanations of the wrenches than a load, gains and offsets. Each is a sentence."""
     wrong = check_torques(model) or _find_unexplained(poses, model, fits)
     doubts = [*_compare_gains(fits), *wrong, *_check_lengths(poses)]
     plain, num = sum_evidence(fits), len(poses.counts)
@@ -70,10 +67,7 @@ def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regres
 
 
 def check_torques(model: WrenchModel) -> list[str]:
-    """Finds torques that vary more than any load's.
-
-    Causes are another unit or exchanged columns.
-    """
+    """Finds torques that vary more than any load's. Causes are another unit or exchanged columns."""
     force, torque = (float(each.reshape(-1, 3).var(axis=0).sum()) for each in model.signals)
     lever = np.sqrt(torque / max(force, _NOISE**2))
     said = f"torques vary as those of a load {lever:.0f} m away: their unit or columns are wrong"
@@ -126,20 +120,14 @@ def _find_unexplained(poses: Poses, model: WrenchModel, fits: tuple[Regression, 
 
 
 def _check_lengths(poses: Poses) -> list[str]:
-    """Compares the lengths of an accelerometer's readings.
-
-    At rest they are equal.
-    """
+    """Compares the lengths of an accelerometer's readings. At rest they are equal."""
     if not len(poses.lengths) or (spread := np.ptp(poses.lengths) / poses.lengths.mean()) <= _LENGTH_SPREAD:
         return []
     return [f"the accelerometer's readings differ in length by {100.0 * spread:.0f} %: it has offsets, or it moved"]
 
 
 def _describe_turn(M: Array) -> str:
-    """Describes forces that are M, (3, 3), times the load's forces.
-
-    The text is empty unless forces are turned.
-    """
+    """Describes forces that are M, (3, 3), times the load's forces. The text is empty unless forces are turned."""
     turn = Rotation.align_vectors(M.T, np.eye(3))[0].as_rotvec()
     angle = float(np.degrees(np.linalg.norm(turn)))
     if angle < _ANGLE:

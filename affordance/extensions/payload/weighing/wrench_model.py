@@ -48,10 +48,7 @@ class Interpretation(NamedTuple):
 
 
 class WrenchModel(NamedTuple):
-    """Columns of force and torque on mass or first moment, gains, and offsets.
-
-    Gains follow a first fit.
-    """
+    """Columns of force and torque on mass or first moment, gains, and offsets. Gains follow a first fit."""
 
     columns: tuple[Array, Array]  # shapes (3 N, 7) and (3 N, 9)
     signals: tuple[Array, Array]  # (3 N,) each
@@ -70,10 +67,7 @@ class WrenchModel(NamedTuple):
 
 
 def build_model(gravity: Array, wrench: Array) -> WrenchModel:
-    """Builds the regressions of wrenches, (N, 6), on gravity, (N, 3), [m/s^2].
-
-    Gravity is in the sensor's axes.
-    """
+    """Builds the regressions of wrenches, (N, 6), on gravity, (N, 3), [m/s^2]. Gravity is in the sensor's axes."""
     offset = np.tile(np.eye(3), (len(gravity), 1))
     basis = np.stack([np.cross(axis, gravity) for axis in np.eye(3)], axis=2).reshape(-1, 3)
     signals = wrench[:, :3].ravel(), wrench[:, 3:].ravel()
@@ -100,9 +94,6 @@ def sum_evidence(fits: tuple[Regression, Regression]) -> float:
 
 
 def compute_residual(model: WrenchModel, fits: tuple[Regression, Regression]) -> Array:
-    """Computes the residual of wrenches, shape (N, 6).
-
-    Mass, first moment, gains and offsets are subtracted.
-    """
+    """Computes the residual of wrenches, shape (N, 6). Mass, first moment, gains and offsets are subtracted."""
     parts = [(y - X @ fit.mean).reshape(-1, 3) for X, y, fit in zip(model.columns, model.signals, fits, strict=True)]
     return np.concatenate(parts, axis=1)

@@ -60,9 +60,7 @@ def list_trials(table: TrialTable) -> pd.DataFrame:
 
 
 def write_psychopy(table: TrialTable, folder: Path) -> str:
-    """Writes a conditions file, and a script of the same name that runs it.
-
-    Returns instructions.
+    """Writes a conditions file, and a script of the same name that runs it. Returns instructions.
 
     Raises:
         BadValueError: PsychoPy would not accept the name of a column, or would run a cell as Python: it evaluates
@@ -96,9 +94,7 @@ def write_jspsych(table: TrialTable, folder: Path) -> str:
 
 
 def write_bids(table: TrialTable, folder: Path) -> str:
-    """Writes a BIDS data set to fill in.
-
-    The data set has a ``_beh.tsv`` for each participant, and one ``_beh.json``.
+    """Writes a BIDS data set to fill in. The data set has a ``_beh.tsv`` for each participant, and one ``_beh.json``.
 
     Raises:
         BadValueError: Names of participants, reduced to letters and digits, are empty or equal.

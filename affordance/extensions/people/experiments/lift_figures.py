@@ -41,10 +41,7 @@ class LiftCurve(NamedTuple):
 
 
 class PeopleMark(NamedTuple):
-    """Mean of people with its 95 % interval, [N], for a range of lifts.
-
-    Lifts are counted from 1.
-    """
+    """Mean of people with its 95 % interval, [N], for a range of lifts. Lifts are counted from 1."""
 
     label: str
     value: float
@@ -61,9 +58,7 @@ def draw_lifts(
     people: Sequence[PeopleMark],
     title: str,
 ) -> Figure:
-    """Plots forces in successive lifts, one panel per learner.
-
-    Panels show individual observers and human intervals.
+    """Plots forces in successive lifts, one panel per learner. Panels show individual observers and human intervals.
 
     Args:
         curves: Forces of each learner's observers.
@@ -119,9 +114,7 @@ def draw_lifts(
 
 
 def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
-    """Plots a column of a lift table over trials.
-
-    Objects are rows of panels, learners are columns.
+    """Plots a column of a lift table over trials. Objects are rows of panels, learners are columns.
 
     Each group has its own colour. If there are many objects, only the first are drawn.
     """

@@ -105,10 +105,7 @@ def count_rows(count: int) -> int:
 
 
 def build_row(count: int, row: int) -> list[int]:
-    """Builds a row of the balanced Latin square of Williams (1949).
-
-    Entries are places of objects, from 0.
-    """
+    """Builds a row of the balanced Latin square of Williams (1949). Entries are places of objects, from 0."""
     zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
     places = [(place + row) % count for place in zigzag]
     return places if row < count else places[::-1]
@@ -182,9 +179,7 @@ def run_lifts(
 
 
 def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) -> None:
-    """Checks that the arm can hold the objects.
-
-    Also checks that the closed form supports the settings.
+    """Checks that the arm can hold the objects. Also checks that the closed form supports the settings.
 
     Raises:
         BadArgumentError, BadValueError: The closed form does not support a setting.
@@ -202,10 +197,7 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
 
 
 def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequence[int]) -> list[xr.Dataset]:
-    """Simulates observers who lift the objects of their trials in order.
-
-    The observers learn from each lift.
-    """
+    """Simulates observers who lift the objects of their trials in order. The observers learn from each lift."""
     names = [tool.name for tool in tools]
     trials = [
         design(observer, np.random.default_rng([setup.seed, observer, Stream.LIFT_ORDER])) for observer in observers
@@ -296,10 +288,7 @@ def summarise_lifts(
 
 
 def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series]) -> dict[str, dict[str, Array]]:
-    """Computes the numbers of every observer from its own lifts.
-
-    Returns arrays (observers,) by learner and name.
-    """
+    """Computes the numbers of every observer from its own lifts. Returns arrays (observers,) by learner and name."""
     found = {}
     for learner, of_one in lifts.groupby("learner", sort=False):
         rows = pd.DataFrame([measure(own) for _, own in of_one.groupby("observer")])
@@ -361,9 +350,7 @@ def build_lift_experiment(
 
 
 def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
-    """Creates a cylinder of one material, held at its middle.
-
-    Lengths are in m, the mass in kg.
+    """Creates a cylinder of one material, held at its middle. Lengths are in m, the mass in kg.
 
     A size, mass or density out of bounds, or an invalid colour, raises a BadArgumentError.
     """

@@ -48,10 +48,7 @@ MEANINGS = {
 
 
 class Published(NamedTuple):
-    """Published mean over people with its 95 % interval, in SI units.
-
-    The interval is NaN if unpublished.
-    """
+    """Published mean over people with its 95 % interval, in SI units. The interval is NaN if unpublished."""
 
     value: float
     low: float = math.nan
@@ -84,10 +81,7 @@ GROUPS = {
 
 
 def describe(name: str, setup: Setup, lifts: pd.DataFrame, numbers: dict[str, Any]) -> dict[str, Any]:
-    """Describes the results of one group, including people's numbers.
-
-    Returns texts, claims, figure and table.
-    """
+    """Describes the results of one group, including people's numbers. Returns texts, claims, figure and table."""
     group = GROUPS[name]
     people = list_people(group)
     numbers["people"] = describe_people(people)
@@ -141,10 +135,7 @@ def make_objects(name: str) -> list[Tool]:
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws one observer's trials.
-
-    The family comes alone, then in cycles after the test object.
-    """
+    """Draws one observer's trials. The family comes alone, then in cycles after the test object."""
     family = repeat([*TRAINING], FAMILIAR, rng, block="family")
     mixed = repeat([*TRAINING, "test"], MIXED, rng, block="odd member", first=["test"])
     return pd.concat([family, mixed])
@@ -169,10 +160,7 @@ def measure(lifts: pd.DataFrame) -> pd.Series:
 
 
 def list_people(group: Group) -> dict[str, Published]:
-    """Lists people's values.
-
-    The interval of f is propagated from its two forces as if they were independent.
-    """
+    """Lists people's values. The interval of f is propagated from its two forces as if they were independent."""
     people = dict(group.people)
     weight, end, family = people["weight_N"].value, people["end_N"], people["family_N"]
     f = (end.value - family.value) / (weight - family.value)
@@ -184,10 +172,7 @@ def list_people(group: Group) -> dict[str, Published]:
 
 
 def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
-    """Returns people's means as NAME and published intervals as NAME_ci95.
-
-    The names are as in metrics.json.
-    """
+    """Returns people's means as NAME and published intervals as NAME_ci95. The names are as in metrics.json."""
     numbers: dict[str, Any] = {}
     for name, each in people.items():
         numbers[name] = each.value

@@ -82,9 +82,7 @@ def parse_block(text: str, known: Sequence[str], groups: Sequence[str]) -> Block
 def build_trials(
     blocks: Sequence[Block], participants: int, *, groups: Sequence[str], order: str, seed: int
 ) -> pd.DataFrame:
-    """Builds a table of trials.
-
-    Participants P1, P2, ... are assigned to the groups in turn.
+    """Builds a table of trials. Participants P1, P2, ... are assigned to the groups in turn.
 
     With the order ``latin``, participant n of each group begins at row n of a Latin square, and each cycle takes the
     next row.

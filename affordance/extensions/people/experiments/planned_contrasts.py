@@ -54,10 +54,7 @@ class PlannedContrast(NamedTuple):
 
     @property
     def groups(self) -> int:
-        """Number of groups in the t test, 2 or 1.
-
-        With one group, persons or a number are compared.
-        """
+        """Number of groups in the t test, 2 or 1. With one group, persons or a number are compared."""
         return 2 if self.one.kind == "group" and isinstance(self.other, Level) else 1
 
     @property
@@ -69,10 +66,7 @@ class PlannedContrast(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """Contrast of a learner or of people: mean, 95 % interval, SD, and group sizes.
-
-    The SD is between persons.
-    """
+    """Contrast of a learner or of people: mean, 95 % interval, SD, and group sizes. The SD is between persons."""
 
     mean: float
     low: float
@@ -174,19 +168,13 @@ def _list_levels(contrast: PlannedContrast) -> list[Level]:
 
 
 def _subtract(contrast: PlannedContrast, one: pd.Series, others: Sequence[pd.Series]) -> Array:
-    """Returns each person's difference.
-
-    Persons without one of the levels are left out.
-    """
+    """Returns each person's difference. Persons without one of the levels are left out."""
     other = others[0] if others else contrast.other
     return np.asarray((one - other).dropna(), dtype=float)
 
 
 def _select(lifts: pd.DataFrame, level: Level, places: Sequence[Level], person: str) -> pd.DataFrame:
-    """Selects the lifts of a level in some places.
-
-    First and last lifts count for each object in each phase.
-    """
+    """Selects the lifts of a level in some places. First and last lifts count for each object in each phase."""
     levels = sorted((level, *places), key=lambda each: each.kind == _LIFTS)
     for each in levels:
         if each.kind == _LIFTS:
@@ -255,7 +243,7 @@ def count_for(
 
     Args:
         contrast: Contrast.
-        effects: Its effects, by learner; people's SD counts if none is given.
+        effects: Effects of the contrast by learner. If people_sd is None, the SD of people's own effect is used.
         people_sd: SD between people of a person's value of the contrast, [N]; None if unknown.
         contrasts: Number of planned contrasts.
         power: Power.
@@ -299,10 +287,7 @@ def _show(count: float) -> str:
 def list_content(
     contrasts: Sequence[PlannedContrast], effects: Sequence[Mapping[str, Effect]], sizes: Sequence[Sizes] = ()
 ) -> list[dict[str, Any]]:
-    """Lists contrasts with effects and required people, as in files.
-
-    Numbers are null where no number suffices.
-    """
+    """Lists contrasts with effects and required people, as in files. Numbers are null where no number suffices."""
     content = []
     for number, (contrast, own) in enumerate(zip(contrasts, effects, strict=True)):
         each: dict[str, Any] = {

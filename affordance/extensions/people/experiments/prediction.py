@@ -73,9 +73,7 @@ def contrast_learners(
     *,
     power: float = POWER,
 ) -> list[Contrast]:
-    """Compares all pairs of learners on all measures.
-
-    The measure that separates a pair best comes first.
+    """Compares all pairs of learners on all measures. The measure that separates a pair best comes first.
 
     Simulated observers vary less than people, whose push strength also varies. If the spread between people is known
     from an experiment with the same measure, it is added to the spread of the observers. Measures with human data
@@ -153,10 +151,7 @@ def _compute_power(effect: float, count: float, groups: int, significance: float
 
 
 def describe_best(predictions: Mapping[str, Mapping[str, Prediction]], contrasts: Sequence[Contrast]) -> str:
-    """Describes the measure that separates a pair of learners best.
-
-    Three sentences also say how it was chosen.
-    """
+    """Describes the measure that separates a pair of learners best. Three sentences also say how it was chosen."""
     if not contrasts:
         return "There is only one learner, so there is nothing to distinguish."
     text = f"{describe_contrast(contrasts[0])}."
@@ -298,10 +293,7 @@ def predict(
 
 
 def _sort_by_number(found: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Array]]:
-    """Arranges numbers by name and learner, each (observers,).
-
-    Each entry of an array becomes a separate number.
-    """
+    """Arranges numbers by name and learner, each (observers,). Each entry of an array becomes a separate number."""
     values: dict[str, dict[str, Array]] = {}
     for learner, numbers in found.items():
         for key, array in numbers.items():

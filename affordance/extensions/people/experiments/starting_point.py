@@ -23,10 +23,7 @@ TOOLS.append(cylinder("odd", radius=0.04, height=0.105, mass=1.8))  # [m], [kg];
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
-    """Draws the trials of one observer.
-
-    The trials may depend on its number: ``if observer % 2: ...``.
-    """
+    """Draws the trials of one observer. The trials may depend on its number: ``if observer % 2: ...``."""
     family = repeat([*FAMILY], 10, rng, block="family")
     return pd.concat([family, repeat([*FAMILY, "odd"], 10, rng, block="odd member", first=["odd"])])
 

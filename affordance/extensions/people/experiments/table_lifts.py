@@ -116,9 +116,7 @@ class TableExperiment:
         check_can_be_presented(self.table, setup.settings)
 
     def collect(self, setup: Setup) -> pd.DataFrame:
-        """Simulates the trials with observers of each learner.
-
-        The setup's number of observers is ignored.
+        """Simulates the trials with observers of each learner. The setup's number of observers is ignored.
 
         Returns: Rows of the table with measurements, for each observer of each learner; then people's own lifts.
         """
@@ -198,10 +196,7 @@ class TableExperiment:
 
 
 def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
-    """Checks that the arm can hold every object.
-
-    Otherwise an InfeasibleError names the row.
-    """
+    """Checks that the arm can hold every object. Otherwise an InfeasibleError names the row."""
     with suppress(InfeasibleError):  # the loop below finds the object; it is slow
         check_can_be_lifted(table.source.name, table.tools, settings)
         return
@@ -234,9 +229,7 @@ def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -
 
 
 def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int]) -> list[xr.Dataset]:
-    """Simulates observers, who repeat participants' trials.
-
-    Returns measurements, which are NaN after the last trial.
+    """Simulates observers, who repeat participants' trials. Returns measurements, which are NaN after the last trial.
 
     Observers of the same objects run at once, if there are several; their trials must be in closed form. Each result
     equals that of a separate run, except for rounding.
@@ -255,10 +248,7 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observers: 
 def _observe_alike(
     setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int], presented: Sequence[int]
 ) -> list[xr.Dataset]:
-    """Simulates observers of the same objects at once, trial by trial.
-
-    Each trial is a column of arrays.
-    """
+    """Simulates observers of the same objects at once, trial by trial. Each trial is a column of arrays."""
     counts = np.bincount(trials.place)
     repeats, places = np.divmod(observers, len(counts))
     who = [
@@ -328,10 +318,7 @@ def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int)
 
 
 def _name_grips(table: TrialTable, rows: pd.DataFrame) -> list[str]:
-    """Names the chosen grip in each row.
-
-    The name is empty without a choice or a usable grip.
-    """
+    """Names the chosen grip in each row. The name is empty without a choice or a usable grip."""
     names = []
     for tool, place in zip(rows["tool"], rows["chosen"], strict=True):
         has_chosen = not (math.isnan(place) or place == NO_OPTION)
@@ -368,9 +355,7 @@ BY = ("learner", "group", "phase", "object")
 
 
 def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
-    """Averages measurements over observers or people.
-
-    Each learner, group, phase and object has its own mean.
+    """Averages measurements over observers or people. Each learner, group, phase and object has its own mean.
 
     Each observer counts once, with the mean of its rows. Intervals are 95 % intervals. Missing quantities are left
     out.
@@ -393,10 +378,7 @@ def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def describe_too_strong(lifts: pd.DataFrame) -> str:
-    """Describes simulated pushes that are too strong for a hand.
-
-    The text is empty if there are none.
-    """
+    """Describes simulated pushes that are too strong for a hand. The text is empty if there are none."""
     pushes = lifts[lifts["learner"] != PEOPLE].groupby("object", sort=False)["force"].max()
     strong = [f"{name} up to {push:.0f} N" for name, push in pushes[pushes > STRENGTH].items()]
     if not strong:
@@ -410,9 +392,7 @@ def describe_too_strong(lifts: pd.DataFrame) -> str:
 def list_numbers(
     lifts: pd.DataFrame, people_sd: float | None
 ) -> tuple[dict[str, dict[str, Array]], dict[str, PeopleSpread]]:
-    """Lists each observer's mean for each learner and measure.
-
-    A measure is a quantity with group, phase and object.
+    """Lists each observer's mean for each learner and measure. A measure is a quantity with group, phase and object.
 
     Returns: Means, (observers,), by learner and measure; and by measure, the standard deviation between the people in
         the table, or for forces the given one, [N].
@@ -434,10 +414,7 @@ def list_numbers(
 
 
 def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Formats means as a table of strings.
-
-    Columns that are empty, or have only one group or phase, are left out.
-    """
+    """Formats means as a table of strings. Columns that are empty, or have only one group or phase, are left out."""
     rows = [
         {
             **{name: str(mean[name]) for name in BY},
@@ -471,9 +448,6 @@ def _show(mean: Mapping[str, Any], name: str) -> str:
 
 
 def _name_place(where: Sequence[Any], lifts: pd.DataFrame) -> str:
-    """Names group, phase and object.
-
-    A group or phase that all rows share is left out.
-    """
+    """Names group, phase and object. A group or phase that all rows share is left out."""
     pairs = zip(BY[1:], where, strict=True)
     return ", ".join(str(value) for name, value in pairs if name == "object" or lifts[name].nunique() > 1)

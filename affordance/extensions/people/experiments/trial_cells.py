@@ -57,9 +57,7 @@ class Cells(NamedTuple):
 
 
 def read_cells(path: Path, known: Collection[str], needed: Sequence[str], renamed: Mapping[str, str]) -> Cells:
-    """Reads a UTF-8 file with cells separated by commas, semicolons or tabs.
-
-    A byte-order mark is optional.
+    """Reads a UTF-8 file with cells separated by commas, semicolons or tabs. A byte-order mark is optional.
 
     Numbers may have decimal commas unless commas separate the cells. Empty rows are ignored.
 
@@ -140,10 +138,7 @@ def name_cells(
 
 
 def _counts_rows(column: Sequence[str]) -> bool:
-    """Returns True for a column of row numbers.
-
-    Such a column has no name, and its cells are rising whole numbers.
-    """
+    """Returns True for a column of row numbers. Such a column has no name, and its cells are rising whole numbers."""
     numbers = [int(cell) for cell in column[1:] if cell.isdecimal()]
     return not column[0] and len(numbers) == len(column) - 1 and all(a < b for a, b in itertools.pairwise(numbers))
 

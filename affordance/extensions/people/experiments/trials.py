@@ -106,10 +106,7 @@ def check_trials(
     tasks: Collection[str] = (),
     name: str = "trials",
 ) -> TrialTable:
-    """Checks a table built in Python as if it came from a file.
-
-    The table's first trial is row 2.
-    """
+    """Checks a table built in Python as if it came from a file. The table's first trial is row 2."""
     texts = frame.astype(object).map(lambda cell: "" if pd.isna(cell) else str(cell)).to_numpy(object)
     table = pd.DataFrame([[str(each) for each in frame.columns], *texts])
     table.index += 1
@@ -153,10 +150,7 @@ def _check(
 
 
 def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tasks: Collection[str]) -> None:
-    """Checks that the cells of each row are consistent.
-
-    Each participant must be in one group.
-    """
+    """Checks that the cells of each row are consistent. Each participant must be in one group."""
     given = {name: cells.get(name) for name in ("task", "duration", "force")}
     groups: dict[str, str] = {}
     for place, row in enumerate(rows.to_dict("records")):
@@ -196,10 +190,7 @@ def list_presented(
 def _present(
     cells: Cells, place: int, row: pd.Series, tools: Mapping[str, Tool], materials: Mapping[str, Material]
 ) -> Tool:
-    """Returns an object with a row's mass and look.
-
-    All its densities change by one factor.
-    """
+    """Returns an object with a row's mass and look. All its densities change by one factor."""
     tool, mass, look = tools[row["object"]], row["mass"], row["looks_like"]
     parts = tool.components
     if not math.isnan(mass):
@@ -224,10 +215,7 @@ def _present(
 
 
 def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
-    """Checks that trials or holds take at most some hours to compute.
-
-    Otherwise a BadValueError is raised.
-    """
+    """Checks that trials or holds take at most some hours to compute. Otherwise a BadValueError is raised."""
     trials, seconds = len(table.rows) * num_learners, float(table.rows["duration"].sum()) * num_learners
     most = min(
         REPEATS.high // len(table.participants),

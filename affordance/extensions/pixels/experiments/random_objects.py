@@ -36,10 +36,7 @@ def take_picture(seed: int, number: int) -> Picture:
 
 
 def draw_object(rng: np.random.Generator, name: str) -> Tool:
-    """Draws an object of one to three ellipsoids.
-
-    Sizes, directions, colours and densities are random.
-    """
+    """Draws an object of one to three ellipsoids. Sizes, directions, colours and densities are random."""
     while True:
         tool = Tool(name, tuple(_draw_chain(rng)))
         low, high = find_box(tool.components)

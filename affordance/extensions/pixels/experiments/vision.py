@@ -60,10 +60,7 @@ SHARE = Unit("%", 100.0)
 
 
 def run(setup: Setup) -> Results:
-    """Runs the experiment.
-
-    Unsuitable objects, or an unsuitable path, raise a BadValueError.
-    """
+    """Runs the experiment. Unsuitable objects, or an unsuitable path, raise a BadValueError."""
     setup = setup.change(eye=None)  # features are only observed in pictures here
     tools, task = read(setup)
     check_mashing(setup, tools, task)
@@ -179,10 +176,7 @@ def observe(setup: Setup, number: int) -> xr.Dataset:
 
 
 def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
-    """Compares detected with true features of an object's parts.
-
-    Errors are NaN without a detection.
-    """
+    """Compares detected with true features of an object's parts. Errors are NaN without a detection."""
     visible, depth, colours = np.full((MAX_PARTS, 2), np.nan), np.full(MAX_PARTS, np.nan), np.full(MAX_PARTS, np.nan)
     error = deviation = math.nan
     if detection is not None:
@@ -222,10 +216,7 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
 
 
 def measure(data: xr.Dataset, count: int) -> dict[str, Any]:
-    """Computes the numbers of metrics.json.
-
-    Accuracy is over the first ``count`` objects, coverage over all.
-    """
+    """Computes the numbers of metrics.json. Accuracy is over the first ``count`` objects, coverage over all."""
     accurate = data.isel(object=slice(count))
     failures = [str(name) for name in accurate.failure.values]
     deviations = data.mass_deviation.values[np.isfinite(data.mass_deviation.values)]

@@ -26,10 +26,7 @@ _TINY = 1e-9
 
 
 class PinholeCamera(NamedTuple):
-    """Camera without distortion.
-
-    The unit of its depth pictures, [m], is known if its file has one.
-    """
+    """Camera without distortion. The unit of its depth pictures, [m], is known if its file has one."""
 
     width: int
     height: int
@@ -117,10 +114,7 @@ def _check_distortion(path: Path, key: str, content: Mapping[str, Any]) -> None:
 
 
 def _read_values(path: Path, key: str, content: Mapping[str, Any]) -> list[float]:
-    """Reads fx, fy, cx and cy.
-
-    The last two may have their names in librealsense.
-    """
+    """Reads fx, fy, cx and cy. The last two may have their names in librealsense."""
     names = ("fx", "fy", "cx", "cy")
     content = {{"ppx": "cx", "ppy": "cy"}.get(name, name): value for name, value in content.items()}
     if all(name in content for name in names):

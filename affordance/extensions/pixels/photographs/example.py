@@ -36,10 +36,7 @@ NAMES = (*CANS, "hammer")
 
 
 def cast_example(name: str) -> tuple[Picture, PinholeCamera]:
-    """Ray-casts an example picture with camera errors.
-
-    ``NAMES`` lists the names; others raise a ValueError.
-    """
+    """Ray-casts an example picture with camera errors. ``NAMES`` lists the names; others raise a ValueError."""
     if name not in NAMES:
         raise ValueError(describe_choice(name, NAMES))
     number = NAMES.index(name)
@@ -52,10 +49,7 @@ def cast_example(name: str) -> tuple[Picture, PinholeCamera]:
 
 
 def write_examples(folder: Path) -> list[Path]:
-    """Writes NAME.png, NAME_depth.png in mm, and camera.json.
-
-    Returns the paths of the colour pictures.
-    """
+    """Writes NAME.png, NAME_depth.png in mm, and camera.json. Returns the paths of the colour pictures."""
     paths = []
     for name in NAMES:
         picture, camera = cast_example(name)

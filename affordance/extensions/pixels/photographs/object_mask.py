@@ -56,10 +56,7 @@ def find_object(points: Array, table: Table, at: tuple[float, float] | None) -> 
 
 
 def check_mask(mask: Mask, depth: Array) -> None:
-    """Checks that a mask has enough pixels with depth readings.
-
-    Otherwise a TooSmallError is raised.
-    """
+    """Checks that a mask has enough pixels with depth readings. Otherwise a TooSmallError is raised."""
     number = int((mask & np.isfinite(depth)).sum())
     if number < _LEAST_PIXELS:
         problem = f"the object has {number} pixels with a depth reading, must have at least {_LEAST_PIXELS}"

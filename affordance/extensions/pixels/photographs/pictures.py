@@ -31,10 +31,7 @@ _ALIGN = (
 
 
 def read_colour(path: Path) -> NDArray[np.uint8]:
-    """Reads a PNG, JPEG or TIFF as red, green and blue, (height, width, 3).
-
-    Other files raise a BadValueError.
-    """
+    """Reads a PNG, JPEG or TIFF as red, green and blue, (height, width, 3). Other files raise a BadValueError."""
     return np.asarray(_decode(path, ("PNG", "JPEG", "TIFF"), "RGB"), dtype=np.uint8)
 
 
@@ -51,9 +48,7 @@ def read_mask(path: Path, size: tuple[int, int]) -> Mask:
 
 
 def read_depth(path: Path, size: tuple[int, int], unit: float | None = None) -> Array:
-    """Reads depth along the camera's axis, (height, width), [m].
-
-    Pixels without a reading are NaN.
+    """Reads depth along the camera's axis, (height, width), [m]. Pixels without a reading are NaN.
 
     Args:
         path: PNG of 16 bits, TIFF of 32-bit numbers in m, or NPY of numbers in m or whole numbers.

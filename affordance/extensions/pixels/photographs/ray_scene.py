@@ -22,7 +22,7 @@ _HALVINGS = 40
 _CHECK = 0.05  # edge of the table's squares, [m]
 _PALE, _DARK = np.array([0.72, 0.66, 0.58]), np.array([0.45, 0.36, 0.30])
 _LIGHT = np.array([0.35, -0.25, 0.9])
-_SHADOW = 9  # width of the strip beside an object in which a depth camera sees nothing, [pixels]
+_SHADOW = 9  # width of the strip next to an object in which a depth camera sees nothing, [pixels]
 
 
 class ScenePart(NamedTuple):
@@ -66,10 +66,7 @@ def look_at(distance: float, tilt: float, turn: float = 0.0) -> Array:
 
 
 def cast_scene(parts: Sequence[ScenePart], camera: PinholeCamera, X_WC: Array) -> tuple[Picture, Array]:
-    """Ray-casts a noise-free picture, with the part's index at each pixel.
-
-    The table is -1.
-    """
+    """Ray-casts a noise-free picture, with the part's index at each pixel. The table is -1."""
     columns, rows = np.meshgrid(np.arange(camera.width), np.arange(camera.height))
     rays = camera.compute_rays(columns, rows) @ X_WC[:3, :3].T  # directions in W with unit depth
     eye = X_WC[:3, 3]

@@ -145,9 +145,7 @@ def see(
     mask: Mask | None = None,
     seed: int = 0,
 ) -> SeenObject:
-    """Measures the object at a pixel, or in a mask.
-
-    Colour and depth are registered.
+    """Measures the object at a pixel, or in a mask. Colour and depth are registered.
 
     Args:
         colour: Red, green and blue, (height, width, 3).

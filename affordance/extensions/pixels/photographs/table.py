@@ -48,9 +48,7 @@ class Table(NamedTuple):
 
 
 def find_table(points: Array, place: Array, order: Array, rng: np.random.Generator) -> Table:
-    """Finds the table around a place by RANSAC.
-
-    The table is the plane with most readings on it, and few below it.
+    """Finds the table around a place by RANSAC. The table is the plane with most readings on it, and few below it.
 
     Args:
         points: Positions that pixels show, in C, (height, width, 3), NaN where there is no reading, [m].
@@ -86,10 +84,7 @@ def find_table(points: Array, place: Array, order: Array, rng: np.random.Generat
 
 
 def refit_table(table: Table, points: Array, mask: Mask) -> Table:
-    """Refits the table to its readings next to the object.
-
-    With few readings it stays unchanged.
-    """
+    """Refits the table to its readings next to the object. With few readings it stays unchanged."""
     side = 2 * _RIM + 1
     rim = cv2.dilate(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool) & ~mask
     on = points[rim & (np.abs(table.measure_heights(points)) < _NEAR)]

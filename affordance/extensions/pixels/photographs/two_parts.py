@@ -44,9 +44,7 @@ def find_two_parts(
     mask: Mask,
     X_CW: Array,
 ) -> list[tuple[FittedSolid, Mask]] | None:
-    """Finds two solids and their pixels if evidence favours them over one.
-
-    Otherwise returns None.
+    """Finds two solids and their pixels if evidence favours them over one. Otherwise returns None.
 
     Args:
         whole: The object as one solid.
@@ -94,10 +92,7 @@ def find_two_parts(
 
 
 def _find_cut(along: Array, across: Array, lab: Array) -> _Cut | None:
-    """Finds the place of the largest change in width and colour.
-
-    Units are the thresholds for another part.
-    """
+    """Finds the place of the largest change in width and colour. Units are the thresholds for another part."""
     low, high = np.percentile(along, [1.0, 99.0])
     index = np.floor(_BINS * (along - low) / (high - low)).astype(int)
     width, tint = np.full(_BINS, np.nan), np.full((_BINS, 3), np.nan)
