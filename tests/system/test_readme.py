@@ -17,7 +17,7 @@ OBJECTS_PAGE = (ROOT / "docs" / "objects.md").read_text(encoding="utf-8")
 
 @pytest.mark.usefixtures("unrendered")
 def test_own_objects_make_an_experiment(tmp_path, models):
-    (block,) = re.findall(r"```yaml\n(.*?)```", OBJECTS_PAGE, re.DOTALL)
+    (block,) = (each for each in re.findall(r"```yaml\n(.*?)```", OBJECTS_PAGE, re.DOTALL) if "decoy" in each)
     (models / "tools" / "weight.yaml").write_text(block, encoding="utf-8")
     report, *_ = run_suite("weight", Setup(observers=1, models=models, out=tmp_path / "results"))
     assert "dumb-bell" in report.read_text(encoding="utf-8")
