@@ -1,9 +1,10 @@
 """``affordance study live``: follows pick-ups by two foreign robots live.
 
-Each pick-up takes about ten seconds of one core; needs MuJoCo.
+Each pick-up takes about ten seconds of one core, and over the wire half a minute. Needs MuJoCo and cyclonedds.
 """
 
 import argparse
+import importlib.util
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -13,17 +14,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.commands.arguments import add_jobs, add_out, add_repeats, add_seed
+from affordance.exceptions import BadValueError
 from affordance.extensions.payload.live import foreign_robot
-from studies.live.pickups import WAYS, PickupConfig, run_constant, run_pickup
+from studies.live.pickups import WAYS, WIRE, PickupConfig, run_constant, run_pickup
 from studies.study import Findings, Study, Work, add_only, format_table, run_kept
 
 _PER_MINUTE = 10  # pick-ups for each minute with a constant load
+_PER_WIRE = 5  # pick-ups for each over the wire
+_MOST_DOMAINS = 3  # pick-ups over the wire at once
 _CASES = {f"{arm} {way}": (arm, way) for arm in foreign_robot.ARMS for way in WAYS}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add_repeats(parser, 100, "pick-ups of each arm")
+    add_repeats(parser, 100, "pick-ups of each arm, over the wire a fifth as many")
     add_only(parser, _CASES, "arms and streams")
     add_seed(parser)
     add_jobs(parser)
@@ -31,7 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the pick-ups."""
+    """Plans the pick-ups.
+
+    Raises:
+        BadValueError: A library is missing.
+    """
+    over_wire = any(_CASES[case][1] == WIRE for case in arguments.only or _CASES)
+    if over_wire and importlib.util.find_spec("cyclonedds") is None:
+        raise BadValueError("--only", "", f"names {WIRE}, which needs the library cyclonedds: pip install cyclonedds")
     return partial(_follow, arguments)
 
 
@@ -41,19 +52,22 @@ def _follow(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
     model = Path(foreign_robot.__file__)
     for case in arguments.only or _CASES:
         config = PickupConfig(*_CASES[case], arguments.seed)
-        keep = partial(run_kept, config, models=model, jobs=arguments.jobs)
-        found = keep(run_pickup, folder=folder, repeats=arguments.repeats, description=f"live: {case}")
-        minutes = max(1, arguments.repeats // _PER_MINUTE)
-        constant = keep(
-            run_constant, folder=folder / "constant", repeats=minutes, description=f"live: {case}, constant"
-        )
+        over_wire = config.way == WIRE
+        repeats, jobs, constant = arguments.repeats, arguments.jobs, None
+        if over_wire:
+            repeats, jobs = max(1, repeats // _PER_WIRE), min(jobs, _MOST_DOMAINS)
+        keep = partial(run_kept, config, models=model, jobs=jobs)
+        found = keep(run_pickup, folder=folder, repeats=repeats, description=f"live: {case}")
+        if not over_wire:
+            minutes, what = max(1, repeats // _PER_MINUTE), f"live: {case}, constant"
+            constant = keep(run_constant, folder=folder / "constant", repeats=minutes, description=what)
         numbers[case.replace(" ", "_")] = tabulate(found, constant)
         print(f"{format_table([case, ''], list_rows(numbers[case.replace(' ', '_')]))}\n", flush=True)
         yield Findings(numbers)
 
 
-def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Summarises pick-ups and minutes with a constant load.
+def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[Any]] | None) -> dict[str, Any]:
+    """Summarises pick-ups and minutes with a constant load, which are None over the wire.
 
     Delays are in s, errors are shares or in mm.
     """
@@ -82,10 +96,21 @@ def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[A
             float(np.sqrt(np.nanmean(found["agreement"] ** 2))) if np.isfinite(found["agreement"]).any() else None
         ),
         "false_changes": int(found["false"].sum()),
+        **(_tabulate_wire(found["wire"]) if constant is None else _tabulate_load(found["milliseconds"], constant)),
+    }
+
+
+def _tabulate_wire(wire: NDArray[Any]) -> dict[str, int]:
+    names = ("sent", "received", "unused", "left_out")
+    return {name: int(number) for name, number in zip(names, wire.sum(axis=0), strict=True)}
+
+
+def _tabulate_load(milliseconds: NDArray[Any], constant: Mapping[str, NDArray[Any]]) -> dict[str, float]:
+    return {
         "constant_minutes": float(constant["seconds"].sum() / 60.0),
         "constant_false_changes": int(constant["false"].sum()),
-        "sample_ms": float(found["milliseconds"][:, 0].mean()),
-        "belief_ms": float(found["milliseconds"][:, 1].mean()),
+        "sample_ms": float(milliseconds[:, 0].mean()),
+        "belief_ms": float(milliseconds[:, 1].mean()),
     }
 
 
@@ -119,6 +144,19 @@ def list_rows(n: Mapping[str, Any]) -> list[list[str]]:
         ["trusted and 90 % interval holds the mass", f"{n['trusted_inside']} of {n['finals_trusted']}"],
         ["belief less final answer (RMS)", agreement],
         ["false changes in pick-ups", str(n["false_changes"])],
+        *(_list_wire(n) if "sent" in n else _list_load(n)),
+    ]
+
+
+def _list_wire(n: Mapping[str, Any]) -> list[list[str]]:
+    return [
+        ["samples sent, received, of these not used", f"{n['sent']}, {n['received']}, {n['unused']}"],
+        ["beliefs left out as samples came late", str(n["left_out"])],
+    ]
+
+
+def _list_load(n: Mapping[str, Any]) -> list[list[str]]:
+    return [
         ["false changes at constant load", f"{n['constant_false_changes']} in {n['constant_minutes']:.0f} min"],
         ["a sample, a belief (CPU)", f"{n['sample_ms']:.2f}, {n['belief_ms']:.0f} ms"],
     ]

@@ -1,6 +1,6 @@
 """Simulates pick-ups by a foreign robot in MuJoCo, and follows them live.
 
-Both run in this process.
+Both run in this process or, over the wire, in processes of their own.
 """
 
 import tempfile
@@ -15,16 +15,19 @@ from numpy.typing import NDArray
 
 from affordance import LiveEvent, LiveIdentifier, Run, Runs, identify, load_robot
 from affordance.extensions.payload.evidence.gains import Gains
-from affordance.extensions.payload.live.foreign_robot import ARMS, Sample, Truth, simulate, spoil, write_model
+from affordance.extensions.payload.live.foreign_robot import ARMS, RATE, Sample, Truth, simulate, spoil, write_model
 from affordance.extensions.payload.recording.run import RunDescription
 from affordance.extensions.payload.settings import SignalKind
 from affordance.plant.serial_chain import SerialChain
+from studies.live import wire
 
 # Masses, [kg], from what an arm's sensors can hardly feel to what it may carry.
 MASSES = {"fr3": (0.15, 3.0), "ur5e": (0.15, 4.5)}
+WIRE = "wire"  # over DDS, in real time
 # What happens to a stream on its way: share of lost samples, jitter of stamps, [s], and whether velocities are there.
-WAYS = {"whole": (0.0, 0.0, True), "spoilt": (0.05, 0.005, False)}
+WAYS = {"whole": (0.0, 0.0, True), "spoilt": (0.05, 0.005, False), WIRE: (0.0, 0.0, True)}
 _BEFORE, _LOADED, _AFTER, _EMPTY, _CONSTANT = 5.0, 11.0, 4.0, 12.0, 60.0  # lengths of motion, [s]
+_HALTS = 2.8  # time in which the arm stands to pick up and to put down, [s]
 _WEIGHED = 2.5  # load with which currents are calibrated, [kg]
 _NUM_EMPTY = 3
 
@@ -39,18 +42,18 @@ class PickupConfig:
 
 
 class Followed:
-    """Robot with a known empty arm, and the events of a stream."""
+    """Robot with a known empty arm, and what was found by following its stream."""
 
     def __init__(self, config: PickupConfig, repeat: int) -> None:
         """Records the empty runs, and for currents a weighed load, and fits the arm."""
-        self._config, self._seed = config, 10_000 * config.seed + 10 * repeat
+        self._config, self._repeat, self._seed = config, repeat, 10_000 * config.seed + 10 * repeat
         self._lose, self._jitter, self._has_v = WAYS[config.way]
         self.robot = _load(config.arm)
         self.empty = [self._record(f"move {_EMPTY:g}", k) for k in range(1, 1 + _NUM_EMPTY)]
         self.gains = self._weigh() if ARMS[config.arm].signal == "current" else None
-        self.live = LiveIdentifier(self.robot, self.empty, gains=self.gains)
         self.events: list[LiveEvent] = []
         self.milliseconds: dict[str, list[float]] = {"sample": [], "belief": []}
+        self.wire: list[int] = []  # samples sent over the wire, received, of these not used, and beliefs left out
 
     def _simulate(self, script: str, k: int) -> Iterator[Sample | Truth]:
         return simulate(self._config.arm, script, self._seed + k, arm_seed=self._seed)
@@ -67,19 +70,32 @@ class Followed:
 
     def follow(self, script: str) -> list[Truth]:
         """Follows a stream to its end. Returns the true loads, in order of time."""
-        marks = []
+        live, marks = LiveIdentifier(self.robot, self.empty, gains=self.gains), []
         for each in spoil(self._simulate(script, 0), lose=self._lose, jitter=self._jitter, seed=self._seed):
             if isinstance(each, Truth):
                 marks.append(each)
                 continue
             start = time.process_time()
-            events = self.live.add(each.time, each.q, each.v if self._has_v else None, each.signal)
+            events = live.add(each.time, each.q, each.v if self._has_v else None, each.signal)
             kinds = [event.kind for event in events]
             if "final" not in kinds:
                 what = "belief" if "belief" in kinds else "sample"
                 self.milliseconds[what].append(1e3 * (time.process_time() - start))
             self.events += events
         return marks
+
+    def average(self) -> NDArray[Any]:
+        """Computes the mean CPU time of a sample and of a belief, [ms]."""
+        return np.array([np.mean(self.milliseconds[what]) for what in ("sample", "belief")])
+
+    def follow_wire(self, script: str, seconds: float) -> list[Truth]:
+        """Follows a stream over the wire for a time, [s], and in real time. Returns the true loads."""
+        seconds -= 0.5 / RATE  # of the stamps, which are rounded
+        number, arm = self._repeat, self._config.arm
+        found = wire.follow(arm, script, self._seed, self.empty, self.gains, seconds=seconds, number=number)
+        self.events, num_sent = found.events, int(seconds * RATE) + 1
+        self.wire = [num_sent, found.received, found.unused, found.left_out]
+        return found.loads
 
 
 def _load(arm: str) -> SerialChain:
@@ -98,12 +114,18 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
         beliefs of the load and of those whose interval holds its mass; ``last``, mean, SD and whether the interval of
         the last belief holds the truth; ``final``, the same of ``identify``, and whether it is trusted; ``com``,
         errors of the centre of mass of the last belief, [m]; ``false``, number of false changes; ``milliseconds``,
-        means for a sample and a belief.
+        means for a sample and a belief, or ``wire``, numbers of samples sent, received and of these not used, and of
+        beliefs left out.
     """
     rng = np.random.default_rng((config.seed, list(ARMS).index(config.arm), repeat))
     mass = float(np.exp(rng.uniform(*np.log(MASSES[config.arm]))))
     followed = Followed(config, repeat)
-    pick, put = followed.follow(f"move {_BEFORE:g}, pick {mass}, move {_LOADED:g}, put, move {_AFTER:g}")
+    script, over_wire = f"move {_BEFORE:g}, pick {mass}, move {_LOADED:g}, put, move ", config.way == WIRE
+    if over_wire:
+        # More is sent than is followed.
+        pick, put = followed.follow_wire(f"{script}{_AFTER + 1.0:g}", _BEFORE + _LOADED + _AFTER + _HALTS)
+    else:
+        pick, put = followed.follow(f"{script}{_AFTER:g}")
     events, nan = followed.events, float("nan")
 
     def wait(kinds: tuple[str, ...], since: float, until: float = np.inf, test: Any = None) -> float:
@@ -129,14 +151,14 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
         return next((e.time - pick.time for e in of_load if test(e.content)), nan)
 
     last = beliefs[-1] if beliefs else None
-    finals = [e for e in events if e.kind == "final" and e.belief is not None and pick.time < e.time < put.time]
-    final = finals[-1] if finals else None
+    finals = [e for e in events if e.kind == "final" and "mass_kg" in e.content and pick.time < e.time < put.time]
+    final = finals[-1].content if finals else None
     changes = [e.time for e in events if e.kind == "changed"]
     true = [t for t in changes if 0.0 < t - pick.time < 4.0 or 0.0 < t - put.time < 4.0]
-    at_final = next((e for e in reversed(beliefs) if final is not None and e.time <= final.time), None)
+    at_final = next((e for e in reversed(beliefs) if finals and e.time <= finals[-1].time), None)
     agreement = nan
-    if final is not None and final.belief is not None and at_final is not None:
-        agreement = (at_final.content["mass_kg"] - final.belief.mass) / final.belief.mass_sd
+    if final is not None and at_final is not None:
+        agreement = (at_final.content["mass_kg"] - final["mass_kg"]) / final["mass_sd_kg"]
     none = np.full(3, nan)
     return {
         "mass": np.array(mass),
@@ -155,11 +177,11 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
         else np.array([last.content["mass_kg"], last.content["mass_sd_kg"], holds(last.content)]),
         "com": none if last is None else np.array(last.content["com_m"]) - pick.com,
         "final": np.full(4, nan)
-        if final is None or final.belief is None
-        else np.array([final.belief.mass, final.belief.mass_sd, holds(final.content), final.belief.is_trusted]),
+        if final is None
+        else np.array([final["mass_kg"], final["mass_sd_kg"], holds(final), final["trusted"]]),
         "agreement": np.array(agreement),
         "false": np.array(len(changes) - len(true)),
-        "milliseconds": np.array([np.mean(followed.milliseconds[what]) for what in ("sample", "belief")]),
+        **({"wire": np.array(followed.wire)} if over_wire else {"milliseconds": followed.average()}),
         "doubts": np.array(" | ".join(d for e in finals for d in e.content["doubts"])[:400]),
     }
 

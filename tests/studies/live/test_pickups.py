@@ -1,4 +1,4 @@
-"""The study of live identification in small: one pick-up by the foreign robot."""
+"""The study of live identification in small: one pick-up by the foreign robot, in this process and over the wire."""
 
 import re
 from pathlib import Path
@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from affordance.extensions.payload.live import foreign_robot
+from studies.live import wire
 from studies.live.command import list_rows, tabulate
-from studies.live.pickups import PickupConfig, run_pickup
+from studies.live.pickups import WIRE, PickupConfig, run_pickup
 
 
 def test_a_pick_up_is_noticed_and_its_interval_holds_the_mass():
@@ -29,6 +30,18 @@ def test_a_pick_up_is_noticed_and_its_interval_holds_the_mass():
     assert ["90 % interval holds the mass, last belief", "1 of 1"] in list_rows(numbers)
 
 
-def test_the_foreign_robot_imports_nothing_of_the_project():
-    text = Path(foreign_robot.__file__).read_text(encoding="utf-8")
+def test_a_robot_in_another_process_is_followed_over_the_wire_and_no_sample_is_lost():
+    pytest.importorskip("mujoco")
+    pytest.importorskip("cyclonedds")
+    found = run_pickup(PickupConfig("fr3", WIRE), 0)
+    numbers = tabulate({name: values[None] for name, values in found.items()}, None)
+    assert numbers["sent"] == numbers["received"] == 5700  # 22.8 s of 250 samples
+    assert numbers["unused"] == numbers["false_changes"] == 0
+    assert (numbers["noticed"], numbers["put_noticed"], numbers["last_inside"]) == (1, 1, 1)
+    assert ["samples sent, received, of these not used", "5700, 5700, 0"] in list_rows(numbers)
+
+
+@pytest.mark.parametrize("file", [foreign_robot.__file__, wire.__file__.replace("wire.py", "foreign_dds.py")])
+def test_the_foreign_robot_imports_nothing_of_the_project(file):
+    text = Path(file).read_text(encoding="utf-8")
     assert not re.search(r"^\s*(from|import) (affordance|studies)", text, re.MULTILINE)
