@@ -82,9 +82,8 @@ def declare_identify(parser: argparse.ArgumentParser) -> None:
 def declare_weigh(parser: argparse.ArgumentParser) -> None:
     """Declares the arguments of ``weigh``."""
     add = parser.add_argument
-    add(
-        "poses", type=Path, metavar="POSES", help="table (CSV) of poses at rest: fx fy fz tx ty tz and an orientation"
-    )
+    what = "table (CSV) of poses at rest: fx fy fz in N (kgf would give a mass 9.8 times too small), tx ty tz in N m"
+    add("poses", type=Path, metavar="POSES", help=f"{what}, and an orientation")
     forms = "quaternion, matrix, rpy, rotation_vector, gravity or accelerometer"
     add("--orientation", default="", metavar="FORM", help=f"form to use if the table has several: {forms}")
     what = "axes of the wrench (default: found by evidence)"

@@ -87,4 +87,4 @@ def describe(weighing: Weighing) -> Iterator[str]:
     yield from (f"Not seen: {each}" for each in weighing.unseen)
     if not weighing.is_light:
         yield f"Next pose: {weighing.next_pose}"
-    yield "Assumed: at rest, nothing touches the load, and all that hangs below the sensor counts as load"
+    yield "Assumed: forces in N, at rest, nothing touches the load, all that hangs below the sensor counts as load"

@@ -27,6 +27,17 @@ FORMS: Mapping[str, tuple[str, ...]] = {
     "gravity": ("gx", "gy", "gz"),
     "accelerometer": ("ax", "ay", "az"),
 }
+# What three angles may be instead of their form, each with its axes in SciPy's letters.
+_BASE, _TURNED = "the base's axes x, then y, then z", "the turned axes of the sensor"
+_MISTAKEN: Mapping[str, Mapping[str, str]] = {
+    "rpy": {f"roll, pitch, yaw seem to be about {_TURNED}, not about the base's": "XYZ"},
+    "rotation_vector": {
+        f"rx, ry, rz seem to be angles about {_BASE}, and no rotation vector: name them roll, pitch, yaw": "xyz",
+        f"rx, ry, rz seem to be angles about {_TURNED}, and no rotation vector": "XYZ",
+    },
+}
+# Units other than N and N m in a column's name.
+_FOREIGN_UNIT = re.compile(r"[\[(]\s*((?:kg|kp|gf|lb|oz|[km]n|n\W?[cm]m)[^\])]*)", re.IGNORECASE)
 FEWEST = 4  # three poses determine mass, centre of mass and offsets; a fourth shows the errors
 # Names under which programs of ROS write columns, as in "wrench.force.x", each with the letter of our name.
 _LONG = {"force": "f", "torque": "t", "orientation": "q", "quaternion": "q", "linear_acceleration": "a"}
@@ -51,6 +62,7 @@ class Poses(NamedTuple):
     counts: Array  # number of rows of each pose, shape (N,)
     lengths: Array  # length of the accelerometer's reading, in the table's unit, shape (N,); empty without one
     num_left_out: int = 0  # number of rows between poses
+    mistaken: Mapping[str, Array] = {}  # orientations like R_BS if the form is a mistake, by a sentence that says so
 
 
 def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.0, -1.0)) -> Poses:
@@ -76,6 +88,10 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
             columns[angle] = np.radians(columns[f"{angle}_deg"])
     if missing := [name for name in WRENCH if name not in columns]:
         raise BadValueError(path, missing[0], f"is missing, must be a column; needed are {', '.join(WRENCH)}")
+    for name, ours in zip(table.names, names, strict=True):
+        if ours in WRENCH and (unit := _FOREIGN_UNIT.search(name)):
+            needed = "N (1 kgf is 9.807 N)" if ours[0] == "f" else "N m"
+            raise BadValueError(path, f"column {name}", f"is in {unit[1].strip()}, must be in {needed}")
     form = _choose_form(path, form, columns)
     if twice := [name for name in (*WRENCH, *FORMS[form]) if names.count(name) > 1]:
         which = ", ".join(f"{long!r}" for long, name in zip(table.names, names, strict=True) if name == twice[0])
@@ -101,15 +117,19 @@ def read_poses(path: StrPath, form: str = "", down_B: Sequence[float] = (0.0, 0.
         raise BadValueError(path, "", f"has {poses}, must have at least {FEWEST}: {problem}")
     wrench = np.column_stack([columns[name] for name in WRENCH])
     R_BS, of_wrench = None, np.array([wrench[stay].mean(axis=0) for stay in stays])
+    mistaken: dict[str, Array] = {}
     if rotations is None:
         means = np.array([marks[stay].mean(axis=0) for stay in stays])
         down_S = means / np.linalg.norm(means, axis=1)[:, None]
     else:
         R_BS = np.array([rotations[stay].mean().as_matrix() for stay in stays])
+        for said, axes in _MISTAKEN.get(form, {}).items():
+            other = Rotation.from_euler(axes, values)
+            mistaken[said] = np.array([other[stay].mean().as_matrix() for stay in stays])
         down_S = np.array(down_B) / np.linalg.norm(down_B) @ R_BS
     read = np.array([lengths[stay].mean() for stay in stays]) if form == "accelerometer" else np.zeros(0)
     num_left_out = int(counts[~kept].sum())
-    return Poses(path.name, form, R_BS, down_S, of_wrench, counts[kept], read, num_left_out)
+    return Poses(path.name, form, R_BS, down_S, of_wrench, counts[kept], read, num_left_out, mistaken)
 
 
 def _shorten(name: str) -> str:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.extensions.payload.settings import PRIORS, SignalKind
@@ -180,12 +179,13 @@ def weigh(
         seems = f"the wrench seems to act on the {weighing.force_on}, not on the {force_on}"
         doubts.append(f"{seems}: it, or gravity, has the opposite sign")
     doubts += find_doubts(poses, model, (forces, torques))
-    if poses.form == "rpy" and poses.R_BS is not None:
-        angles = Rotation.from_matrix(poses.R_BS).as_euler("xyz", suppress_warnings=True)
-        turned = poses._replace(R_BS=Rotation.from_euler("XYZ", angles).as_matrix())
-        others = [sum_evidence(build_model(*each.apply(turned, down)).fit()) for each in ways]
-        if max(others) - sum_evidence((forces, torques)) > DOUBTED:
-            doubts.append("roll, pitch, yaw seem to be about the turned axes of the sensor, not about the base's")
+    odds_mistaken = {
+        said: max(sum_evidence(build_model(*each.apply(poses._replace(R_BS=R_BS), down)).fit()) for each in ways)
+        for said, R_BS in poses.mistaken.items()
+    }
+    said = max(odds_mistaken, key=odds_mistaken.__getitem__, default="")
+    if said and odds_mistaken[said] - sum_evidence((forces, torques)) > DOUBTED:
+        doubts.append(said)
     return weighing._replace(doubts=tuple(doubts), notes=tuple(notes))
 
 

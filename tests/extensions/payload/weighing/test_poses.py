@@ -96,6 +96,8 @@ def test_one_of_several_forms_is_chosen(tmp_path):
             "row 2, column r11: is part of a matrix that is not a rotation",
         ),
         (f"{WRENCH},raw.force.z,gx,gy,gz", [0] * 10, "p.csv: fz: could be 'fz', 'raw.force.z', must be one column"),
+        ("Fx [kgf],fy,fz,tx,ty,tz,gx,gy,gz", [0] * 9, "column Fx [kgf]: is in kgf, must be in N (1 kgf is 9.807 N)"),
+        ("fx,fy,fz,tx,My (N*mm),tz,gx,gy,gz", [0] * 9, "column My (N*mm): is in N*mm, must be in N m"),
         (f"{WRENCH},gx,gy,gz", ["nan", *[0] * 8], "row 2, column fx: is 'nan', must be a finite number"),
         (
             f"{WRENCH},gx,gy,gz",

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from affordance.extensions.payload.weighing.poses import Poses
+from affordance.extensions.payload.weighing.poses import Poses, read_poses
 from affordance.extensions.payload.weighing.weigh import weigh
 
 MASS, CENTRE = 1.5, np.array([0.02, -0.03, 0.08])
@@ -120,10 +120,32 @@ def test_mistakes_are_doubted(change, said):
     assert any(said in doubt for doubt in doubts), doubts
 
 
-def test_angles_about_turned_axes_are_doubted():
-    poses = make(turn=lambda R: Rotation.from_euler("xyz", R.as_euler("XYZ")))._replace(form="rpy")
-    assert "roll, pitch, yaw seem to be about the turned axes of the sensor" in weigh(poses).doubts[-1]
-    assert weigh(make()._replace(form="rpy")).is_trusted
+@pytest.mark.parametrize(
+    ("names", "axes", "said"),
+    [
+        ("roll,pitch,yaw", "xyz", None),
+        (
+            "roll,pitch,yaw",
+            "XYZ",
+            "roll, pitch, yaw seem to be about the turned axes of the sensor, not about the base's",
+        ),
+        ("rx,ry,rz", "rotvec", None),
+        ("rx,ry,rz", "xyz", "rx, ry, rz seem to be angles about the base's axes x, then y, then z, and no rotation"),
+        (
+            "rx,ry,rz",
+            "XYZ",
+            "rx, ry, rz seem to be angles about the turned axes of the sensor, and no rotation vector",
+        ),
+    ],
+)
+def test_angles_of_another_kind_are_doubted(tmp_path, names, axes, said):
+    poses = make()
+    R = Rotation.from_matrix(poses.R_BS)
+    angles = R.as_rotvec() if axes == "rotvec" else R.as_euler(axes)
+    table = np.column_stack([poses.wrench, angles])
+    np.savetxt(tmp_path / "p.csv", table, delimiter=",", header=f"fx,fy,fz,tx,ty,tz,{names}", comments="")
+    doubts = weigh(read_poses(tmp_path / "p.csv")).doubts
+    assert doubts[-1].startswith(said) if said else not doubts
 
 
 def test_forces_in_the_columns_of_torques_are_no_empty_hand():
