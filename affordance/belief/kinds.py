@@ -109,11 +109,37 @@ def infer_kinds(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]
     prior = Normals(state["kind_mean"], sd[..., None] ** 2 * np.eye(sd.shape[1]))
     kinds = state["specimen_kind"]
     of_things = np.maximum(kinds - 1, 0), kinds > 0, state["deviation"]
-    found = compute_posterior(Experience(prior, Holds.of(state), *of_things, specimens))
-    both = is_kind[:, :, None] & is_kind[:, None, :]
-    covariance = np.where(both, found.means.covariance, 0.0)
+    experience = Experience(prior, Holds.of(state), *of_things, specimens)
+    # Particles of several values of kappa often have felt and decided the same.
+    arrays = (prior.mean, prior.covariance, *of_things, specimens, *experience.holds)
+    keys = np.concatenate([each.reshape(len(things), -1) for each in arrays], axis=1)
+    first: dict[bytes, int] = {}
+    same = np.array([first.setdefault(key.tobytes(), row) for row, key in enumerate(keys)], dtype=np.intp)
+    chosen, places = np.unique(same, return_inverse=True)
+    found = compute_posterior(experience.take(chosen) if len(chosen) < len(things) else experience)
     assert found.own is not None
-    return {**state, "mean": np.where(is_kind, found.means.mean, 0.0), "covariance": covariance}, found.own
+    means, own = found.means.take(places), found.own.take(places)
+    both = is_kind[:, :, None] & is_kind[:, None, :]
+    covariance = np.where(both, means.covariance, 0.0)
+    return {**state, "mean": np.where(is_kind, means.mean, 0.0), "covariance": covariance}, own
+
+
+def infer_kind(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
+    """Computes the belief about the kind of each observer's object, where objects have one colour each.
+
+    The belief about other kinds must be that from all holds. Returns are as for ``infer_kinds``.
+    """
+    rows = np.arange(len(things))
+    kind = state["thing_kind"][rows, things, 0]
+    part = keep_specimens(state, state["specimen_kind"][..., 0] == kind[:, None] + 1)
+    part = {**part, **{name: state[name][rows, kind][:, None] for name in ("is_kind", "kind_mean", "kind_sd")}}
+    part["specimen_kind"] = (part["specimen_kind"] > 0).astype(np.intp)
+    part["thing_kind"] = np.zeros_like(state["thing_kind"])
+    found, own = infer_kinds(part, things)
+    state = {**state, **{name: state[name].copy() for name in ("mean", "covariance")}}
+    state["mean"][rows, kind] = found["mean"][:, 0]
+    state["covariance"][rows, kind, kind] = found["covariance"][:, 0, 0]
+    return state, own
 
 
 def keep_specimens(state: State, kept: Mask) -> State:
@@ -174,16 +200,23 @@ def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior],
     return state
 
 
-def tidy(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
-    """Removes empty kinds, computes the belief, and merges twins after a hold. The held objects are ``things``, (B,).
+def tidy(state: State, things: NDArray[np.intp], *, is_inferred: bool = False) -> tuple[State, Normals]:
+    """Removes empty kinds, computes the belief, and merges twins after a hold.
 
-    Returns: The state, without own densities of ordinary things, and the belief about each observer's thing, (B, C).
+    Args:
+        state: State of B observers.
+        things: Number of the held object of each observer, (B,).
+        is_inferred: True if the belief was computed from all holds but the last, with the same deviations.
+
+    Returns:
+        The state, without own densities of ordinary things, and the belief about each observer's thing, (B, C).
     """
     counts, same = count_things(state), _mark_same_colours(state)
     # A colour that was seen but never lifted keeps its kind, which has no things.
     is_lifted = (same & (counts > 0)[:, None, :]).any(axis=2)
     state = close_gaps(remove_kinds(state, state["is_kind"] & is_lifted & (counts == 0)))
-    state, own = infer_kinds(state, things)
+    has_one_colour = state["thing_kind"].shape[2] == 1  # a hold then changes the belief about one kind
+    state, own = (infer_kind if is_inferred and has_one_colour else infer_kinds)(state, things)
     left = np.flatnonzero(_mark_same_colours(state).sum(axis=(1, 2)) > state["is_kind"].sum(axis=1))
     while len(left):
         one, other, are_twins = find_twins({name: state[name][left] for name in (*OF_KINDS, "deviation")})

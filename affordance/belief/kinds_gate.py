@@ -254,7 +254,9 @@ def adopt(state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp]
         state[name] = state[name].copy()
         state[name][*thing, :m] = value
     state, specimens = find_specimens(state, seen.things)
-    state, own = tidy(add_hold(state, Seen(seen.colours, specimens), felt), seen.things)
+    state = add_hold(state, Seen(seen.colours, specimens), felt)
+    # The deviation of a single observer, an arm, may have been changed since its last lift.
+    state, own = tidy(state, seen.things, is_inferred=len(rows) > 1)
     return Lesson(state, own.select(range(m)), verdicts.likelihood.take(chosen))
 
 

@@ -12,16 +12,19 @@ from affordance.belief.kinds import (
     find_most_populous,
     find_specimens,
     find_twins,
+    infer_kind,
     infer_kinds,
+    make_room_for_thing,
     merge,
     select_colours,
     start_kinds,
     tidy,
 )
-from affordance.belief.kinds_gate import predict_new
+from affordance.belief.kinds_gate import adopt, predict_new, weigh
 from affordance.belief.learner import Seen, describe_start
-from affordance.belief.learners import KINDS_MAP
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.belief.likelihood import Likelihood
+from affordance.belief.rows import take_rows
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation=0.06)
 FIRST = (1000.0, 4000.0)
@@ -140,6 +143,33 @@ def test_observers_are_tidied_each_for_itself():
         np.testing.assert_allclose(believe_kinds(together).mean[row, :count], believe_kinds(each).mean[0], rtol=1e-9)
         np.testing.assert_array_equal(together["thing_kind"][row], each["thing_kind"][0])
     assert together["is_kind"].sum(axis=1).tolist() == [1, 2, 2]
+
+
+def test_what_a_hold_leaves_unchanged_need_not_be_inferred_again():
+    """Three pairs of equal observers of two things, which change their kinds, lift by lift: as from all holds."""
+    size, rng = 6, np.random.default_rng(0)
+    prior = KindPrior(np.full(size, PRIOR.mode), np.full(size, PRIOR.sd))
+    state = {**describe_start(KINDS_DRAWN.parameters, PRIOR, size), **start_kinds(1, prior)}
+    counts = set()
+    for number in range(12):
+        seen = Seen((0,), np.tile([number % 2, (number + 1) % 2, number // 2 % 2], 2))
+        density = np.tile(np.where(seen.things[:3] == 0, 5000.0, 8000.0) + rng.normal(0.0, 500.0, 3), 2)
+        tau = density[:, None] * 1e-3
+        felt = Felt.from_torques(tau, np.zeros(1), np.full((size, 1, 1), 1e-3), (0.5, 0.0))
+        state = make_room_for_thing(state, seen)
+        verdicts = weigh(state, seen, felt)
+        first = np.searchsorted(verdicts.hypotheses.observers, np.arange(size))
+        state = adopt(state, seen, verdicts, first + np.tile(rng.integers(2, size=3), 2), felt).state
+        counts |= set(state["is_kind"].sum(axis=1).tolist())
+        again, own = infer_kinds(state, seen.things)
+        np.testing.assert_allclose(state["mean"], again["mean"], rtol=1e-12)
+        np.testing.assert_allclose(state["covariance"], again["covariance"], rtol=1e-12)
+        np.testing.assert_allclose(infer_kind(state, seen.things)[1].mean, own.mean, rtol=1e-12)
+        alone = [
+            infer_kinds(take_rows(state, np.array([row])), seen.things[[row]])[0]["mean"][0] for row in range(size)
+        ]
+        np.testing.assert_allclose(again["mean"], alone, rtol=1e-12)
+    assert counts >= {1, 2}
 
 
 def test_things_are_counted_by_kind_with_or_without_one_of_them():
