@@ -20,7 +20,7 @@ _KEYS = {"honest", "honest, ", "honest before the decoy"}
 # Share of lines that may open so.
 _MOST = 0.02
 # Parts of a page that quote: blocks and spans of code, and expressions that fill in numbers.
-_QUOTED = re.compile(r"```.*?```|`[^`\n]*`|<!--.*?-->|^(?:    |\t).*$", re.DOTALL | re.MULTILINE)
+_QUOTED = re.compile(r"```.*?```|`[^`\n]*`|<!--.*?-->|^(?:    |\t)[^\n]*$", re.DOTALL | re.MULTILINE)
 
 
 @functools.cache
