@@ -71,7 +71,7 @@ def main() -> None:
     differences = np.array([compare_drawn(number) for number in range(count)]).reshape(-1, 2)
     for name, column in zip(("mean", "SD"), differences.T, strict=True):
         low, median, high = np.quantile(column, [0.05, 0.5, 0.95])
-        print(f"| difference of the {name} | {median:+.1%} | {low:+.1%} to {high:+.1%} |")
+        print(f"| difference of the {name} | {median:+.2%} | {low:+.2%} to {high:+.2%} |")
 
 
 def compare_drawn(number: int) -> list[tuple[float, float]]:

@@ -10,8 +10,9 @@ order and be forgotten, and memories can be merged.
 Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
 computed on a grid: at each node Laplace's method integrates over all other scores and all delta (Tierney and Kadane
 1986, J. Am. Stat. Assoc. 81:82; Rue, Martino and Chopin 2009, J. R. Stat. Soc. B 71:319). Means and SDs of mu_i and
-rho_k are sums over the grid; correlations are taken at the mode of all scores and delta. The result is the normal
-distribution that has these moments when it is restricted to positive densities.
+rho_k are sums over the grid; correlations are taken at the mode of all scores and delta. Two densities that an object
+joins have a grid of both scores instead, which also gives their correlation. The result is the normal distribution
+that has these moments when it is restricted to positive densities.
 """
 
 from functools import cache
@@ -25,7 +26,7 @@ from scipy.special import log_ndtr, ndtri_exp
 from affordance.arrays import Array, Mask
 from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques, reduce_errors
 from affordance.belief.normals import Normals, invert
-from affordance.belief.positive_normal import find_untruncated
+from affordance.belief.positive_normal import find_untruncated, find_untruncated_pair
 
 # From so many SDs of mean the bound at zero is ignored; below this correlation two densities count as independent.
 _FREE, _RELATED = 6.0, 0.02
@@ -35,6 +36,8 @@ _LEAST_PRECISION = 1e-6  # of a normal distribution, in units of its SDs
 # Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
 # beyond the nodes it continues along straight lines.
 _NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)
+# A grid of two scores has more nodes along the ridge that the data leave open, and half as many points a score.
+_RIDGE_NODES = np.linspace(-4.0, 4.0, 13)
 _LEAST_CURVATURE = 0.1  # of a deviation, whose prior alone has 1
 # Largest change of the log posterior by a Newton step that counts as none, at the mode and at a node. A step that
 # promises no more than the last number is the last: it squares what is left, and rounding hides smaller changes.
@@ -345,10 +348,13 @@ def compute_posterior(experience: Experience) -> Posterior:
     if is_separate and not holds.errors.shape[2]:  # the fit of a single density is close to the mode
         z, d = z[:, :1], d[:, :1]
     mode = _choose_best(_climb(model, z, d, np.zeros((*z.shape[:2], M)), _SETTLED))
-    grid = (_tabulate_separate if is_separate else _tabulate)(model, mode)
+    is_pair = M == 2 and not is_separate
+    grid = (_tabulate_separate if is_separate else _tabulate_pair if is_pair else _tabulate)(model, mode)
     mean = (grid.mass * grid.mu).sum(axis=-1)
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
     expansion, covariance = _expand(model, mode), _find_covariance(mode)
+    if is_pair:
+        covariance = _correlate(grid.mass, grid.mu - mean[..., None])
     is_quadratic = ~((holds.noise[..., 1] > 0.0).any(axis=1) | (holds.errors != 0.0).any(axis=(1, 2, 3, 4)))
     means = _restrict(mean, sd, covariance, expansion, is_quadratic)
     log_evidence = model.log_scale + (mode.point.value - 0.5 * mode.curvature.log_det)[:, 0]
@@ -372,9 +378,13 @@ def compute_posterior(experience: Experience) -> Posterior:
     alone = scale[..., None] * invert(point.D[rows, 0, things]) * scale[:, None, :]
     alone = np.where(used[..., None] & used[:, None], alone, np.eye(used.shape[1]))
     own_center = point.mu[:, 0][at] * e + np.matvec(slopes, expansion.mean - point.mu[:, 0])
-    spread = [slopes @ each @ slopes.mT + alone for each in (covariance, expansion.covariance)]
     own_mean, own_sd = np.where(used, own_mean, 1.0), np.where(used, own_sd, 1.0)
-    own_normals = _restrict(own_mean, own_sd, spread[0], Normals(own_center, spread[1]), is_quadratic[rows])
+    own_expansion = Normals(own_center, slopes @ expansion.covariance @ slopes.mT + alone)
+    if is_pair:
+        spread = alone + _correlate(mass, np.where(used[..., None], own - own_mean[..., None], 0.0))
+    else:
+        spread = alone + slopes @ covariance @ slopes.mT
+    own_normals = _restrict(own_mean, own_sd, spread, own_expansion, is_quadratic[rows])
     given_means = GivenMeans(own_center - np.matvec(slopes, expansion.mean), slopes, alone)
     return Posterior(means, own_normals, given_means, log_evidence)
 
@@ -512,6 +522,49 @@ def _tabulate(model: _Model, mode: _Mode) -> _Grid:
     return _interpolate(model, mode, log_p, found.d.reshape(shape), variance.reshape(shape))
 
 
+def _tabulate_pair(model: _Model, mode: _Mode) -> _Grid:
+    """Computes the joint distribution of two scores on a grid.
+
+    Nodes of the first score, the wider one, lie about its mode; those of the second about its mode given the first.
+    """
+    B, n, m, (T, C) = len(mode.z), len(_RIDGE_NODES), len(_NODES), mode.d.shape[2:]
+    inverse, rows = mode.curvature.inverse[:, 0], np.arange(B)
+    first = np.diagonal(inverse, axis1=1, axis2=2).argmax(axis=1)
+    is_first = np.eye(2)[first][:, None]  # (B, 1, 2)
+    dz = (inverse[rows, first] / np.sqrt(inverse[rows, first, first])[:, None])[:, None] * _RIDGE_NODES[:, None]
+    z, dd = np.maximum(mode.z + dz, _LEAST_SCORE), -(mode.curvature.DC @ dz[:, :, None, :, None])[..., 0]
+    ridge = _climb(model, z, mode.d + dd, np.broadcast_to(is_first, z.shape), _SETTLED_NODE)
+    width = np.sqrt(ridge.curvature.inverse[rows, :, 1 - first, 1 - first])[..., None]  # SD of the second, (B, n, 1)
+    dz = (width * _NODES)[..., None] * (1.0 - is_first[:, None])  # (B, n, m, 2)
+    z = np.maximum(ridge.z[:, :, None] + dz, _LEAST_SCORE).reshape(B, n * m, 2)
+    dd = -(ridge.curvature.DC[:, :, None] @ dz[:, :, :, None, :, None])[..., 0]
+    d = (ridge.d[:, :, None] + dd).reshape(B, n * m, T, C)
+    found = _climb(model, z, d, np.ones(z.shape), _SETTLED_NODE)
+    (along, close), (across, close_across) = _build_spline(*_RIDGE_NODES, step=2), _build_spline(*_NODES, step=2)
+    log_p = (found.point.value - 0.5 * found.curvature.log_det).reshape(B, n, m)
+    log_width = close @ np.log(width)  # (B, points, 1)
+    # Beyond the nodes of both scores along a plane: twisted lines could rise again.
+    log_p = along @ log_p @ close_across.T + close @ log_p @ (across - close_across).T + log_width
+    mass = np.exp(log_p - log_p.max(axis=(1, 2), keepdims=True)).reshape(B, 1, -1)
+    mass /= mass.sum(axis=-1, keepdims=True)
+    z = (along @ ridge.z)[:, :, None] + (np.exp(log_width) * _POINTS[::2])[..., None] * (1.0 - is_first[:, None])
+    mu = np.swapaxes(model.find_densities(np.maximum(z, _LEAST_SCORE).reshape(B, -1, 2))[0], 1, 2)
+    D = np.diagonal(invert(found.point.D), axis1=-2, axis2=-1)
+    # Products of one observer each, as in ``_interpolate``.
+    d, variance = (
+        close_across @ (close @ each.reshape(B, n, -1)).reshape(B, len(close), m, -1) for each in (found.d, D)
+    )
+    shape = (B, 2, mass.shape[-1], T, C)
+    d, variance = (np.broadcast_to(each.reshape(B, 1, -1, T, C), shape) for each in (d, variance))
+    return _Grid(np.broadcast_to(mass, shape[:3]), mu, d, variance)
+
+
+def _correlate(mass: Array, offsets: Array) -> Array:
+    """Computes covariances, (B, C, C), from offsets to the means, (B, C, n), that have equal masses."""
+    covariance: Array = (mass * offsets) @ offsets.mT
+    return covariance
+
+
 def _tabulate_separate(model: _Model, mode: _Mode) -> _Grid:
     """Computes the marginals of independent scores on a grid.
 
@@ -538,7 +591,7 @@ def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: A
 
     Deviations and their variances are (B, M, n, T, C).
     """
-    extended, closest = _build_spline()
+    extended, closest = _build_spline(*_NODES)
     log_p = log_p @ extended.T
     mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
     mass /= mass.sum(axis=-1, keepdims=True)
@@ -554,26 +607,27 @@ def _interpolate(model: _Model, mode: _Mode, log_p: Array, d: Array, variance: A
 
 
 @cache
-def _build_spline() -> tuple[Array, Array]:
-    """Builds the matrices that interpolate values at the nodes to the points, (points, nodes).
+def _build_spline(*nodes: float, step: int = 1) -> tuple[Array, Array]:
+    """Builds the matrices that interpolate values at nodes to every point or every second one, (points, nodes).
 
     The first continues along straight lines beyond the nodes, the second with constant values.
     """
-    spline = scipy.interpolate.CubicSpline(_NODES, np.eye(len(_NODES)))
-    inside = np.clip(_POINTS, _NODES[0], _NODES[-1])
+    spline = scipy.interpolate.CubicSpline(nodes, np.eye(len(nodes)))
+    points = _POINTS[::step]
+    inside = np.clip(points, nodes[0], nodes[-1])
     constant = spline(inside)
-    return constant + spline(inside, 1) * (_POINTS - inside)[:, None], constant
+    return constant + spline(inside, 1) * (points - inside)[:, None], constant
 
 
 def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals, is_quadratic: Mask) -> Normals:
     """Builds normals whose means and SDs, (B, M), apply after restriction to positive densities.
 
-    The correlations after restriction are those of ``covariance``, (B, M, M). The bound of each density is taken for
-    a normal factor that gives its moments, as in expectation propagation (Minka 2001): exact for densities that do
-    not covary. The expansion replaces it for densities that covary if it is nearer: where the log likelihood is
-    quadratic, (B,), and where the bounds of two densities cut off both ends of the undetermined direction.
+    The correlations after restriction are those of ``covariance``, (B, M, M): exactly for two densities. For more,
+    the bound of each density is taken for a normal factor that gives its moments, as in expectation propagation
+    (Minka 2001): exact for densities that do not covary. The expansion replaces it where the log likelihood is
+    quadratic, (B,), and for three or more densities where two bounds cut off both ends of an undetermined direction.
     """
-    unit = np.eye(mean.shape[1])
+    size, unit = mean.shape[1], np.eye(mean.shape[1])
     center, scale = find_untruncated(mean, sd)
     sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     correlation = covariance / (sds[..., None] * sds[:, None])
@@ -581,11 +635,17 @@ def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals, is_
     inverse, rest = invert(correlation), (sd / scale) ** 2
     precision = inverse + (rest - 1.0)[..., None] * unit
     information = np.matvec(inverse, mean / sd) - mean / sd + center * sd / scale**2
-    is_cut, size = mean < _CUT * sd, np.abs(correlation - unit)
-    is_open = (is_cut[..., None] & is_cut[:, None] & (size > _RIDGE)).any(axis=(1, 2))
-    is_open |= is_quadratic & ((mean < _FREE * sd)[..., None] & (size > _RELATED)).any(axis=(1, 2))
-    is_open |= np.linalg.eigvalsh(precision)[:, 0] < _LEAST_PRECISION
+    related = np.abs(correlation - unit)
+    is_cut = ((mean < _FREE * sd)[..., None] & (related > _RELATED)).any(axis=(1, 2))
+    is_open = (is_quadratic & is_cut) | (np.linalg.eigvalsh(precision)[:, 0] < _LEAST_PRECISION)
+    if size > 2:
+        is_ridge = mean < _CUT * sd
+        is_open |= (is_ridge[..., None] & is_ridge[:, None] & (related > _RIDGE)).any(axis=(1, 2))
     matched = invert(np.where(is_open[:, None, None], unit, precision))
     center = np.where(is_open[:, None], expansion.mean, sd * np.matvec(matched, information))
-    matched = sd[..., None] * matched * sd[:, None]
-    return Normals(center, np.where(is_open[:, None, None], expansion.covariance, matched))
+    matched = np.where(is_open[:, None, None], expansion.covariance, sd[..., None] * matched * sd[:, None])
+    if size == 2:
+        rows = np.flatnonzero(is_cut & ~is_quadratic)
+        moments = mean[rows], sd[rows], correlation[rows, 0, 1]
+        center[rows], matched[rows] = find_untruncated_pair(*moments, center[rows], matched[rows])
+    return Normals(center, matched)

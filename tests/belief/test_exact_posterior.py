@@ -15,12 +15,13 @@ from affordance.belief.learners import DENSITY
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from studies import exact_reference as reference
+from studies.exact_belief import compare_drawn
 
 LENGTHS = {"rods": [[8000]] * 4, "lengths": [[0.1], [0.2], [0.3], [0.45]]}
 CASES = {
     **{f"one colour, {n} x": reference.build_case([[8000]], n) for n in (1, 6, 30)},
     "light, 1 x": reference.build_case([[100]], 1),
-    **{f"two colours, {n} x": reference.build_case([[8000, 700]], n) for n in (6, 30)},
+    **{f"two colours, {n} x": reference.build_case([[8000, 700]], n) for n in (1, 6, 30)},
     "light and heavy colour": reference.build_case([[100, 9000]], 1),
     **{f"four lengths, {n} x": reference.build_case(**LENGTHS, num_holds=n) for n in (1, 6)},
     "four lengths, errors of geometry": reference.build_case(**LENGTHS, num_holds=6, error=0.05, shared=True),
@@ -40,6 +41,7 @@ CASES = {
         for factor in (1.3, 2)
     },
     "two colours that change places in the second": reference.build_case([[8000, 700], [700, 8000]], 6),
+    "two colours lighter by 10 in the second of two": reference.build_case([[8000, 700], [800, 70]], 1),
     "first of two colours lighter by 2 in the second of three": reference.build_case(
         [[8000, 700], [4000, 700], [8000]], 6
     ),
@@ -72,14 +74,32 @@ def test_mean_density_of_one_colour_is_nearly_exact(name):
     assert found.sd == pytest.approx(expected.sd, rel=5e-3)
 
 
+TWO_COLOURS = [name for name, (_, owned, _) in CASES.items() if {*owned} == {(0, 1)}]
+
+
+@pytest.mark.parametrize("name", TWO_COLOURS)
+def test_belief_about_two_colours_is_nearly_exact(name):
+    """A grid of both scores: mean and SD to .5 %. Laplace's method for deviations: objects' densities to 2 %."""
+    holds, owned, _ = CASES[name]
+    exact = compute_reference(name)
+    (means, own), tolerances = summarise(hold_all(holds, owned), owned), (0.005, 0.02)
+    for expected, found, rel in zip((exact.mu, exact.rho), (means, own), tolerances, strict=True):
+        for key, density in found.items():
+            assert density[:2] == pytest.approx(expected[key][:2], rel=rel), key
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_belief_after_one_hold_of_two_unknown_materials_is_nearly_exact(number):
+    """Of densities that are drawn from the prior, of which one hold leaves a direction open: to .5 %."""
+    assert compare_drawn(number) == pytest.approx(np.zeros((2, 2)), abs=0.005)
+
+
 # Mean and SD of the worst density as fractions of the reference's, noted after the outcome was seen. One hold leaves
-# differences of densities open; after a contradiction by ten a density is less than its SD, which no normal
+# differences of three densities open; after a contradiction by ten a density is less than its SD, which no normal
 # distribution that is restricted to positive values can be.
 OPEN = {
-    "two colours, 1 x": (reference.build_case([[8000, 700]], 1), 0.025, 0.05),
     "three colours, 1 x": (reference.build_case([[8000, 2700, 700]], 1), 0.03, 0.05),
     "one of two by ten, 6 x": (reference.build_case([[8000, 700], [800, 70]], 6), 0.02, 0.15),
-    "one of two by ten, 1 x": (reference.build_case([[8000, 700], [800, 70]], 1), 0.025, 0.055),
 }
 
 
