@@ -7,7 +7,7 @@ export PIP_BUILD_CONSTRAINT := constraints.txt
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench calibration numbers kept-numbers release-check robustness-proof clean
+.PHONY: run test coverage lowest wheel dist docs lessons lint format diagrams picture bench calibration numbers kept-numbers release-check robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -49,9 +49,12 @@ coverage: $(VENV)/dev.stamp ## run the test suite and measure which lines of aff
 wheel: $(VENV)/dev.stamp ## build the wheel, and use it from an empty environment and another folder
 	./.ci/try_wheel.sh
 
-docs: $(VENV)/docs.stamp ## build the documentation with its tutorials executed, in build/site: some minutes, seconds once they are kept
+docs: $(VENV)/docs.stamp ## build the documentation in build/site: some minutes, seconds once its pictures are kept
 	OMP_NUM_THREADS=1 $(PYTHON) -m sphinx --quiet --fail-on-warning --keep-going -b html -c docs . build/site
 	@echo "The documentation: build/site/index.html"
+
+lessons: $(VENV)/dev.stamp ## execute the lessons and write their outputs into them: two minutes
+	OMP_NUM_THREADS=1 $(PYTHON) -m docs.lessons
 
 lowest: $(VENV)/dev.stamp ## run the test suite with the lowest versions of libraries that are allowed, in an environment of its own
 	./.ci/try_lowest.sh
@@ -93,6 +96,7 @@ kept-numbers: $(VENV)/dev.stamp ## remake the numbers of every experiment that t
 
 release-check: $(VENV)/dev.stamp ## check, before a release, what takes too long for the test suite: half an hour
 	$(PYTHON) -m docs.quoted_outputs --check
+	OMP_NUM_THREADS=1 $(PYTHON) -m docs.lessons --check
 	cd tests && ../$(PYTHON) -m helpers.trunk_tests
 
 robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random

@@ -8,7 +8,6 @@ import hashlib
 import operator
 import os
 import re
-import resource
 import sys
 import types
 from pathlib import Path
@@ -27,7 +26,7 @@ project = "Visual inertial affordances"
 author = copyright = "The developers of visual inertial affordances"
 version = release = __version__
 root_doc = "docs/index"
-include_patterns = ["*.md", "docs/**", "models/README.md", "affordance/tutorials/*.md"]
+include_patterns = ["*.md", "docs/**", "models/README.md", "affordance/tutorials/*.ipynb"]
 exclude_patterns = [".*", "build", "results", "tests", "studies", "*.egg-info", "**/__pycache__", "docs/images"]
 extensions = [
     "myst_nb",
@@ -58,18 +57,8 @@ napoleon_use_ivar = True
 napoleon_custom_sections = [("Input ports", "params_style"), ("Output ports", "params_style")]
 
 
-# Limits, which CI checks; on other machines a slow lesson or a heavy page is no reason to have no site.
-# Longest CPU time of a tutorial, with the processes that it starts, [s].
-_LONGEST = 60.0
-# Size of the heaviest page, with the motion that it shows, [bytes].
-_HEAVIEST = 3_000_000
-# CPU time of processes before and while each page was read, [s]; next to nothing where results are cached.
-_began: dict[str, float] = {}
-_took: dict[str, float] = {}
-
-
 def _hash_program() -> str:
-    """Hashes what decides the results of tutorials: program, models and versions of libraries."""
+    """Hashes what decides what pages of pictures show: program, models and versions of libraries."""
     digest = hashlib.sha256((ROOT / "constraints.txt").read_bytes())
     for folder in ("affordance", "models"):
         for path in sorted((ROOT / folder).rglob("*")):
@@ -78,26 +67,22 @@ def _hash_program() -> str:
     return digest.hexdigest()[:12]
 
 
-# What a tutorial gave is kept until the program changes.
+# Pages of pictures are executed; what they show is kept until the program changes; lessons have their outputs.
 nb_execution_mode = "cache"
+nb_execution_excludepatterns = ["*.ipynb"]
 nb_execution_cache_path = str(ROOT / "build" / "docs_cache" / _hash_program())
 nb_execution_in_temp = True
 nb_execution_timeout = -1  # none by the clock: a loaded machine is slow
 nb_execution_raise_on_error = True
-# What a command prints comes in pieces that end within lines; a loaded machine starts slowly and prints late, [s].
-NotebookClient.__init__ = functools.partialmethod(
-    NotebookClient.__init__, coalesce_streams=True, startup_timeout=600, iopub_timeout=600
-)
-# Commands of tutorials are those of this environment.
-os.environ["TQDM_DISABLE"] = "1"
-os.environ["COLUMNS"] = "88"  # characters that fit across a page
+# A loaded machine starts slowly and prints late, [s].
+NotebookClient.__init__ = functools.partialmethod(NotebookClient.__init__, startup_timeout=600, iopub_timeout=600)
+# Commands of pages are those of this environment.
 os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
 
 
 def fill_page(app: Any, name: str, source: list[str]) -> None:
     """Fills what is generated into a page, and points links to folders to a page or to nothing."""
-    _began[name] = _measure_children()
     path = Path(app.env.doc2path(name))
     text = fill_marks(source[0])
 
@@ -109,18 +94,6 @@ def fill_page(app: Any, name: str, source: list[str]) -> None:
         return f"[{link['text']}]({link['target']}/{index})" if index else link["text"]
 
     source[0] = re.sub(r"\[(?P<text>[^\]\[]*)\]\((?P<target>[^():#]+)\)", follow, text)
-
-
-def _measure_children() -> float:
-    """Measures the CPU time of all processes that were started and have ended, [s]."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
-def measure_page(app: Any, doctree: object) -> None:
-    """Measures the CPU time that the processes of a page took, which are those of a tutorial."""
-    name = app.env.docname
-    _took[name] = _measure_children() - _began.get(name, 0.0)
 
 
 def write_entrance(app: Any) -> None:
@@ -142,22 +115,6 @@ def write_classes(app: Any, config: object) -> None:
             not path.is_file() or path.read_text(encoding="utf-8") != text
         ):  # else the page is read anew at every build
             path.write_text(text, encoding="utf-8")
-
-
-def check_limits(app: Any, exception: Exception | None) -> None:
-    """Checks the limits of tutorials and pages of a complete site, in CI only.
-
-    Raises:
-        RuntimeError: A page is too heavy, as with a motion of too many frames, or a tutorial took too long.
-    """
-    if exception is not None or not os.environ.get("CI"):
-        return
-    for name, took in _took.items():
-        if took > _LONGEST:
-            raise RuntimeError(f"{name}: took {took:.0f} s of CPU time, must take at most {_LONGEST:g} s")
-    for path in Path(app.outdir).rglob("*.html"):
-        if path.stat().st_size > _HEAVIEST:
-            raise RuntimeError(f"{path}: has {path.stat().st_size} bytes, must have at most {_HEAVIEST}")
 
 
 def skip_field(app: Any, what: str, name: str, member: object, skip: bool, options: object) -> bool | None:
@@ -205,10 +162,8 @@ def setup(app: Any) -> None:
     app.connect("builder-inited", write_entrance)
     app.connect("config-inited", write_classes)
     app.connect("source-read", fill_page)
-    app.connect("doctree-read", measure_page)
     app.connect("autodoc-skip-member", skip_field)
     app.connect("autodoc-before-process-signature", drop_bounds)
     app.connect("autodoc-process-signature", shorten_defaults)
     app.connect("autodoc-process-docstring", repair_docstring, priority=400)  # before napoleon
     app.connect("autodoc-process-docstring", lambda app, what, name, thing, options, lines: link_documents(lines))
-    app.connect("build-finished", check_limits)

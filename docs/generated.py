@@ -71,7 +71,7 @@ def fill_marks(text: str) -> str:
 
 
 def _add_chapters(section: re.Match[str]) -> str:
-    pages = re.findall(r"\]\(([^)#:]+)\.md\)", section["text"])
+    pages = re.findall(r"\]\(([^)#:]+)\.(?:md|ipynb)\)", section["text"])
     return "\n".join([section[1], "```{toctree}", ":hidden:", f":caption: {section['title']}", "", *pages, "```"])
 
 

@@ -145,9 +145,7 @@ SUBJECTS: Mapping[str, Mapping[str, Entry]] = {
     },
     "Program": {
         "study": Entry("run a long study (minutes to hours); without NAME, list all", "people"),
-        "tutorials": Entry(
-            "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter", "--copy-only"
-        ),
+        "tutorials": Entry("copy the tutorials (notebooks) to a folder, and open Jupyter there", "--copy-only"),
         "doctor": Entry("check which parts work on this machine, and say how to install the others", ""),
     },
 }

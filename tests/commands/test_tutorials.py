@@ -1,4 +1,4 @@
-"""``affordance tutorials``, and output of the lessons; all of them are executed by ``make docs``."""
+"""``affordance tutorials``, and outputs of lessons, of which ``make release-check`` compares all."""
 
 import ast
 import itertools
@@ -16,14 +16,14 @@ from helpers.refusals import refuse_command
 from affordance.commands import tutorials
 from affordance.commands.catalogue import load_command
 from affordance.commands.parser import OneLineParser
+from docs import lessons
 
-LESSONS = sorted(tutorials.TUTORIALS.glob("*.md"))
+LESSONS = sorted(tutorials.TUTORIALS.glob("*.ipynb"))
 
 
-def list_cells(path):
-    found = re.findall(r"^```\{code-cell\} ipython3\n(?::tags:[^\n]*\n)?(.*?)^```$", path.read_text(), re.S | re.M)
-    assert found
-    return found
+def list_cells(path, kind="code"):
+    cells = json.loads(path.read_text())["cells"]
+    return ["".join(cell["source"]) for cell in cells if cell["cell_type"] == kind]
 
 
 def without(monkeypatch, *missing):
@@ -38,39 +38,20 @@ def test_lessons_are_numbered_and_each_names_the_next():
         assert f"({following.name})" in path.read_text().partition("**Next**")[2]
 
 
-def test_lessons_are_copied_as_they_are_without_jupytext_and_kept_when_they_are_there(tmp_path, monkeypatch):
-    without(monkeypatch, "jupytext", "jupyterlab", "notebook")
+def test_lessons_are_copied_and_kept_when_they_are_there(tmp_path, monkeypatch):
+    without(monkeypatch, "jupyterlab", "notebook")
     out = tmp_path / "lessons"
     said = answer("tutorials", "--out", out)
-    assert [path.name for path in sorted(out.iterdir())] == [path.name for path in LESSONS]
+    assert [path.read_text() for path in sorted(out.iterdir())] == [path.read_text() for path in LESSONS]
     first = out / LESSONS[0].name
-    assert first.read_text() == LESSONS[0].read_text()
     first.write_text("mine")
-    assert said.lines[-1].startswith("To open them as notebooks: pip install jupyterlab jupytext, then")
+    assert said.lines[-1] == "To open them: pip install jupyterlab, then run this again."
     assert f"{first}: exists, not changed" in answer("tutorials", "--out", out).out
     assert first.read_text() == "mine"
 
 
-def test_only_what_is_missing_is_named(tmp_path, monkeypatch):
-    without(monkeypatch, "jupyterlab", "notebook")
-    assert (
-        answer("tutorials", "--out", tmp_path)
-        .lines[-1]
-        .startswith("To open them as notebooks: pip install jupyterlab, then")
-    )
-
-
-def test_notebooks_link_to_notebooks():
-    text, suffix = tutorials.convert(LESSONS[0].read_text())
-    cells = json.loads(text)["cells"]
-    assert suffix == ".ipynb"
-    assert [cell["cell_type"] for cell in cells].count("code") == len(list_cells(LESSONS[0]))
-    assert f"({LESSONS[1].stem}.ipynb)" in "".join(cells[-1]["source"])
-
-
 @pytest.mark.parametrize(("words", "opened"), [([], 1), (["--copy-only"], 0)])
 def test_jupyter_is_opened_in_the_folder_if_it_is_there(tmp_path, monkeypatch, words, opened):
-    without(monkeypatch, "jupytext")
     monkeypatch.setattr(tutorials, "_PROGRAMS", ("json",))  # a module that is always there
     calls = []
     monkeypatch.setattr(subprocess, "call", lambda command: calls.append(command) or 0)
@@ -93,13 +74,32 @@ def test_code_of_a_lesson_is_python_or_commands_that_exist(path):
             parser.parse(words)
 
 
-def test_a_lesson_runs(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_lesson_prints_what_it_shows(monkeypatch):
     (path,) = (path for path in LESSONS if path.stem == "6_your_tool")
-    names = {}
-    for cell in list_cells(path):
-        exec(cell, names)
-    assert re.search(r"By its bowl the ladle takes \d+ % less work", capsys.readouterr().out)
+    monkeypatch.setattr(sys, "argv", ["lessons", "--check", str(path)])
+    assert lessons.main() == 0
+
+
+def test_lesson_whose_output_is_stale_is_found_and_mended(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "lesson.ipynb"
+    cell = {"cell_type": "code", "execution_count": 7, "id": "x", "metadata": {}, "source": ["print(1 + 1)\n", "2.0"]}
+    stale = {"name": "stdout", "output_type": "stream", "text": ["3\n"]}
+    notebook = {"cells": [cell | {"outputs": [stale]}], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
+    path.write_text(json.dumps(notebook))
+    monkeypatch.setattr(sys, "argv", ["lessons", "--check", str(path)])
+    assert lessons.main() == 1
+    assert "-3\n+2\n+2.0" in capsys.readouterr().out
+    monkeypatch.setattr(sys, "argv", ["lessons", str(path)])
+    assert lessons.main() == 0
+    (cell,) = json.loads(path.read_text())["cells"]
+    assert (cell["id"], cell["execution_count"], cell["metadata"]) == ("cell-1", 1, {})
+    assert [output.get("text") or output["data"]["text/plain"] for output in cell["outputs"]] == [["2\n"], ["2.0"]]
+
+
+def test_lessons_name_no_folder_of_a_machine():
+    for path in LESSONS:
+        assert not re.search(r"/(tmp|home|root|Users)/", path.read_text()), path
+        assert path.stat().st_size < 300_000
 
 
 def test_folder_below_a_file_is_refused(tmp_path, monkeypatch):

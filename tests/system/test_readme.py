@@ -30,7 +30,7 @@ def test_kept_pictures_are_in_the_gallery():
 
 
 def list_pages():
-    pages = [page for way in ("*.md", "docs/**/*.md", "affordance/tutorials/*.md") for page in ROOT.glob(way)]
+    pages = [page for way in ("*.md", "docs/**/*.md", "affordance/tutorials/*.ipynb") for page in ROOT.glob(way)]
     return [*pages, ROOT / "models" / "README.md"]
 
 
