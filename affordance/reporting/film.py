@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.text import Text
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, describe_choice
@@ -23,9 +24,10 @@ from affordance.reporting.replay import Replay, find_held_height, slow_down
 # Codecs of films that FFmpeg writes, by suffix; a GIF needs none.
 _CODECS = {".webm": "libvpx-vp9", ".mp4": "libx264"}
 _RATE, _PAUSE = 12, 1.5  # pictures per second, and the pause before the film begins again, [s]
-_PIXELS, _DPI = (290, 150), 100  # of each picture of the arm
-_TITLE, _CLOCK = 0.42, 0.3  # heights, [inches]
+_PIXELS, _DPI = 290, 100  # width of each picture of the arm
+_TITLE, _VERDICT, _CLOCK = 0.42, 0.26, 0.3  # heights, [inches]
 _WIDTH = 42  # of a picture's title, [characters]
+_LEVEL = 0.005  # heights that count as the goal, [m]
 
 
 def check_film(path: Path) -> None:
@@ -48,39 +50,53 @@ def write_film(path: Path, replay: Replay, *, seconds: float, slower: float) -> 
     scenes = [slow_down(scene) for scene in replay.scenes]
     seconds = min(seconds, max(float(scene.times[-1]) for scene in scenes))
     times = np.linspace(0.0, seconds, max(2, round(seconds * slower * _RATE) + 1))
-    poses = []
+    poses, verdicts = [], []
     for scene in scenes:
         for row in np.minimum(np.searchsorted(scene.times, times), len(scene.times) - 1):
+            verdicts.append("" if scene.height is None else _compare_height(float(scene.height[row])))
             travel = 0.0 if scene.travel is None else float(scene.travel[row])
             poses.append(Pose(scene.tool, scene.placement, scene.q[row], travel))
     has_nail = any(scene.placement is not None for scene in scenes)
     p_WG = replay.p_WG if has_nail or replay.p_WG is not None else _compute_height_line(replay.directives)
-    images = render_poses(replay.directives, poses, width=_PIXELS[0], height=_PIXELS[1], p_WG=p_WG)
+    images = render_poses(replay.directives, poses, width=_PIXELS, p_WG=p_WG)
     columns = len(scenes) if len(scenes) < 4 else (len(scenes) + 1) // 2
     rows = -(-len(scenes) // columns)
-    wide, high = np.array(_PIXELS) / _DPI
-    figure = Figure(figsize=(columns * wide, rows * (high + _TITLE) + _CLOCK), dpi=_DPI)
+    high, wide = np.array(images[0].shape[:2]) / _DPI
+    below = _VERDICT if any(verdicts) else 0.0
+    tile = _TITLE + high + below
+    figure = Figure(figsize=(columns * wide, rows * tile + _CLOCK), dpi=_DPI)
     shown: list[AxesImage] = []
+    texts: list[Text] = []
     for number, scene in enumerate(scenes):
         row, column = divmod(number, columns)
-        top = (row * (high + _TITLE) + _TITLE + _CLOCK) / figure.get_figheight()
+        top = (row * tile + _TITLE + _CLOCK) / figure.get_figheight()
         share = high / figure.get_figheight()
         axes = figure.add_axes((column / columns, 1.0 - top - share, 1.0 / columns, share))
         axes.axis("off")
         axes.set_title(fold(scene.caption, _WIDTH), fontsize=9, parse_math=False)
         shown.append(axes.imshow(images[number * len(times)], interpolation="nearest", aspect="auto"))
+        foot = 1.0 - top - share - below / figure.get_figheight()
+        texts.append(figure.text((column + 0.5) / columns, foot, "", ha="center", va="bottom", fontsize=10))
     pace = f", {slower:g} times slower" if slower != 1.0 else ""
     clock = figure.text(0.01, 1.0 - 0.2 / figure.get_figheight(), "", fontsize=9, parse_math=False)
 
     def show(frame: int) -> list[AxesImage]:
         k = min(frame, len(times) - 1)
-        for number, image in enumerate(shown):
+        for number, (image, text) in enumerate(zip(shown, texts, strict=True)):
             image.set_data(images[number * len(times) + k])
+            text.set_text(verdicts[number * len(times) + k])
         clock.set_text(f"{replay.title}: {times[k]:.2f} s{pace}; red line: the goal")
         return shown
 
     film = FuncAnimation(figure, show, frames=len(times) + round(_PAUSE * _RATE), blit=False)
     write_atomic(path, partial(_save, film))
+
+
+def _compare_height(height: float) -> str:
+    """Describes a height above the goal, [m]."""
+    if abs(height) < _LEVEL:
+        return "at the goal"
+    return f"{100.0 * abs(height):.0f} cm {'above' if height > 0.0 else 'below'} the goal"
 
 
 def _save(film: FuncAnimation, path: Path) -> None:

@@ -66,18 +66,22 @@ class Pose(NamedTuple):
 
 
 def render_poses(
-    directives: Path, poses: Sequence[Pose], *, width: int, height: int, p_WG: Array | None = None
+    directives: Path, poses: Sequence[Pose], *, width: int, height: int | None = None, p_WG: Array | None = None
 ) -> list[Image]:
     """Renders the whole arm with tool and nail, with one camera for all poses.
 
-    Points of a demanded path, (N, 3), [m], are drawn as a red line. Each picture is RGB, (height, width, 3).
+    Points of a demanded path, (N, 3), [m], are drawn as a red line. Each picture is RGB, (height, width, 3). Without
+    a height it is as high as what it shows.
     """
     kinds = {(id(pose.tool), id(pose.placement)): pose for pose in poses}
     # Each scene serves all poses of its kind.
     scenes = {kind: _Scene(directives, pose, p_WG) for kind, pose in kinds.items()}
     R_WC = _turn_camera(_ELEVATION)
-    corners = [scenes[id(pose.tool), id(pose.placement)].compute_corners(pose) for pose in poses]
-    X_WC = RigidTransform(R_WC, _step_back(np.concatenate(corners), R_WC, width / height))
+    corners = np.concatenate([scenes[id(pose.tool), id(pose.placement)].compute_corners(pose) for pose in poses])
+    if height is None:
+        across, down, _ = np.ptp(corners @ R_WC.matrix(), axis=0)
+        height = round(width * down / across)
+    X_WC = RigidTransform(R_WC, _step_back(corners, R_WC, width / height))
     return [scenes[id(pose.tool), id(pose.placement)].render(pose, X_WC, width, height) for pose in poses]
 
 

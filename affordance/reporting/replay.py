@@ -103,6 +103,7 @@ class Scene(NamedTuple):
     travel: Array | None = None  # travel of the nail, (N,), [m]; None for a nail that stays where it was set
     # Begin and end of slow motion, [s], and its factor, for a strike; None for none.
     slow: tuple[float, float, float] | None = None
+    height: Array | None = None  # of the object's centre above its goal, (N,), [m]; None if no height is asked for
 
 
 @dataclass(frozen=True)

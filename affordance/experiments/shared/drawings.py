@@ -125,7 +125,9 @@ def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Datas
 def replay_holds(tools: Sequence[Tool], records: Sequence[TrialRecord], settings: Settings, title: str) -> Replay:
     """Builds the replay of an observer's holds, one scene per object."""
     pairs = zip(tools, records, strict=True)
-    scenes = [Scene(tool, record.times, record.q, _describe(tool)) for tool, record in pairs]
+    scenes = [
+        Scene(tool, record.times, record.q, _describe(tool), height=record.height_centre) for tool, record in pairs
+    ]
     return Replay(settings.arm, title, scenes)
 
 
