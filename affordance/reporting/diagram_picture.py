@@ -1,7 +1,7 @@
 """Draws the block diagram of a Drake Diagram, laid out like the paper's figure 2.
 
 Systems, ports and connections are read from the Diagram itself; only grouping and style are added. Unconnected ports
-are omitted, because a plant has dozens.
+are omitted, because a plant has dozens, and so are loggers.
 """
 
 import html
@@ -23,6 +23,7 @@ _GROUPS = {
 }
 # The teaching signal: posteriors become priors, from trial to trial.
 _TEACHING_SIGNAL = ("density_estimator", "posterior", "material_memory", "posterior")
+_LOGGER = "_log"  # end of a logger's name
 _LEGEND = "blue: the teaching signal, once at the end of a trial"
 # Connections against the flow from vision through control to proprioception; the layout ignores them.
 _FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph", "plant")}
@@ -30,11 +31,14 @@ _FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph",
 
 def describe_diagram(diagram: Diagram) -> str:
     """Describes a Diagram in the DOT language. The output is deterministic."""
-    systems = sorted(diagram.GetSystems(), key=lambda system: str(system.get_name()))
+    shown = (system for system in diagram.GetSystems() if not system.get_name().endswith(_LOGGER))
+    systems = sorted(shown, key=lambda system: str(system.get_name()))
     inputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
     outputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
     edges = []
     for (to_system, to_index), (from_system, from_index) in diagram.connection_map().items():
+        if to_system.get_name().endswith(_LOGGER):
+            continue
         source, sink = from_system.get_output_port(from_index), to_system.get_input_port(to_index)
         outputs[from_system.get_name()].add((int(from_index), source.get_name()))
         inputs[to_system.get_name()].add((int(to_index), sink.get_name()))
@@ -48,9 +52,11 @@ def describe_diagram(diagram: Diagram) -> str:
         "  node [shape=none, fontname=Helvetica, fontsize=12]; edge [fontname=Helvetica, fontsize=11];",
     ]
     for number, (group, (fill, _)) in enumerate(_GROUPS.items()):
+        # Names stand where no connection crosses them.
+        side, height = {"World": "lb", "Proprioceptive system": "rb"}.get(group, "lt")
         lines += [
             f"  subgraph cluster_{number} {{",
-            f"    label=<<B>{group}</B>>; labeljust=l; labelloc=t; fontsize=12;",
+            f"    label=<<B>{group}</B>>; labeljust={side}; labelloc={height}; fontsize=12;",
             f'    style="rounded,filled"; color="{fill}"; fillcolor="{fill}";',
         ]
         lines += [
@@ -64,8 +70,6 @@ def describe_diagram(diagram: Diagram) -> str:
         style = ["constraint=false"] if (from_name, to_name) in _FEEDBACK else []
         if edge == _TEACHING_SIGNAL:
             style += ["style=bold", 'color="#0072B2"']
-        elif to_name.endswith("_log"):
-            style += ['color="#999999"']
         ends = [f'{system}:"{_escape(port)}"' for system, port in ((from_name, source_name), (to_name, sink_name))]
         lines.append(f"  {ends[0]}:e -> {ends[1]}:w [{', '.join(style)}];")
     return "\n".join([*lines, "}"]) + "\n"
