@@ -202,16 +202,33 @@ class Question:
         Args:
             normal: Standard normal numbers of each participant's free parameters, (participants, F).
         """
-        tasks = [partial(self._repeat, place, each) for place, each in enumerate(normal)]
+        tasks = [
+            partial(self._repeat, place, np.tile(each, (_NOISE_REPEATS, 1))) for place, each in enumerate(normal)
+        ]
         found = run_tasks(tasks, jobs=self.jobs, description="particle noise")
         return np.array([_find_noise(each) for each in found])
 
     def _repeat(self, place: int, normal: Array) -> Filtered:
-        """Filters a participant's pushes for one draw with several random streams."""
-        (own, _), normal = split_free(self.free), normal.copy()
+        """Filters a participant's pushes for several draws, (6, F), each with a random stream of its own."""
+        return self.filter(place, self._move_to_nodes(normal), range(1, _NOISE_REPEATS + 1))
+
+    def _move_to_nodes(self, normal: Array) -> Array:
+        """Moves the learner's parameters of draws, (D, F), to the nearest node of their grid, if there is one."""
+        (own, _), moved = split_free(self.free), normal.copy()
         if len(own) <= _MOST_ON_GRID:
-            normal[own] = _STEP * np.rint(normal[own] / _STEP)
-        return self.filter(place, np.tile(normal, (_NOISE_REPEATS, 1)), range(1, _NOISE_REPEATS + 1))
+            moved[:, own] = _STEP * np.rint(moved[:, own] / _STEP)
+        return moved
+
+    def average_streams(self, place: int, normal: Array) -> float:
+        """Estimates the log of a participant's mean likelihood over random streams, relative to the fit's stream.
+
+        Each of six further streams has one of the D posterior draws, (D, F). The mean over these of the ratio of the
+        likelihoods of two streams is the ratio of their evidences, whose expectation is the evidence itself.
+        """
+        chosen = normal[np.arange(_NOISE_REPEATS) * len(normal) // _NOISE_REPEATS]
+        others = self._repeat(place, chosen).log_density.sum(axis=1)
+        ratios = others - self.compute(place, self._move_to_nodes(chosen)).sum(axis=1)
+        return float(logsumexp([0.0, *ratios]) - np.log(1 + _NOISE_REPEATS))
 
     def draw_prior(self) -> Array:
         """Draws standard normal numbers for the free parameters, (D, F)."""
@@ -233,7 +250,7 @@ def warn_of_noise(names: Sequence[str], noise: Sequence[float] | Array) -> list[
     pairs = zip(names, noise, strict=True)
     return [
         f"warning: {name}: not to be relied on; with other random numbers the log likelihood has an SD of {sd:.1f}, "
-        f"must be at most {MOST_NOISE:g}, and a log score is about {sd**2 / 2:.1f} too low: use more --particles"
+        f"must be at most {MOST_NOISE:g}, and a log score is up to {sd**2 / 2:.1f} too low: use more --particles"
         for name, sd in pairs
         if sd > MOST_NOISE
     ]
@@ -292,20 +309,27 @@ def _read_arrays(*, noise: Array, particles: Array, predicted: Array, **draws: A
 
 def _fit_one(question: Question, place: int) -> PersonFit:
     while True:
-        chains = [
-            sample(
-                partial(chain.compute, place), len(chain.free), count=chain.draws, moves=chain.moves, seed=chain.seed
-            )
-            for chain in _split_chains(question)
-        ]
-        draws = merge(chains)
+        questions = _split_chains(question)
+        draws = merge([_draw(each, place) for each in questions])
         best = draws.normal[draws.log_likelihoods.sum(axis=1).argmax()]
-        repeats = question._repeat(place, best)
+        repeats = questions[0]._repeat(place, np.tile(best, (_NOISE_REPEATS, 1)))
         noise = _find_noise(repeats)
         particles = min(4 * question.particles, _MOST_PARTICLES)
         if noise <= MOST_NOISE or particles <= question.particles or particles * question.draws > question.most_rows:
             return PersonFit(draws, noise, question.particles, repeats.predicted.mean(axis=0))
         question = replace(question, particles=particles)
+
+
+def _draw(question: Question, place: int) -> Draws:
+    """Draws from the posterior of one participant. The evidence is the mean over several random streams."""
+    draws = sample(
+        partial(question.compute, place),
+        len(question.free),
+        count=question.draws,
+        moves=question.moves,
+        seed=question.seed,
+    )
+    return draws._replace(log_evidence=draws.log_evidence + question.average_streams(place, draws.normal))
 
 
 def fit_pooled(question: Question) -> Draws:
