@@ -94,10 +94,11 @@ numbers: $(VENV)/dev.stamp ## remake what pages quote: outputs of commands, and 
 kept-numbers: $(VENV)/dev.stamp ## remake the numbers of every experiment that tests compare with
 	cd tests && ../$(PYTHON) -m helpers.shipped_runs
 
-release-check: $(VENV)/dev.stamp ## check, before a release, what takes too long for the test suite: half an hour
+release-check: $(VENV)/dev.stamp docs ## check, before a release, what takes too long for the test suite: half an hour
 	$(PYTHON) -m docs.quoted_outputs --check
 	OMP_NUM_THREADS=1 $(PYTHON) -m docs.lessons --check
 	cd tests && ../$(PYTHON) -m helpers.trunk_tests
+	cd tests && ../$(PYTHON) -m helpers.site_check
 
 robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random
 	$(PYTHON) -m affordance study robustness --prove 5

@@ -1,9 +1,11 @@
 """Parts of pages that are generated from the program: ``<!-- generated: NAME -->`` in a page becomes the part.
 
 In ``<!-- toctree -->`` the pages that are linked between the last heading and the mark become chapters of the site.
+With ``<!-- search: WORDS, WORDS -->`` the site's search finds the page first for these words.
 """
 
 import argparse
+import contextlib
 import importlib
 import inspect
 import itertools
@@ -31,6 +33,7 @@ from affordance.proprioception.faults import Faults
 
 _MARK = re.compile(r"^<!-- generated: (?P<part>\w+) -->$", re.MULTILINE)
 _CHAPTERS = re.compile(r"^(#+ (?P<title>[^\n]*)\n(?P<text>(?:(?!^#)[\s\S])*?))<!-- toctree -->$", re.MULTILINE)
+_SEARCHED = re.compile(r"^<!-- search: (?P<words>.*) -->$", re.MULTILINE)
 _DOCUMENT = re.compile(r"\bdocs/([\w/-]+)\.md")
 _ROOT = Path(__file__).parents[1]
 # Files that users write or edit, and the model that reads each.
@@ -67,11 +70,14 @@ _CHANGED_BY = {
 
 def fill_marks(text: str) -> str:
     """Replaces the marks of a page by what they name."""
+    text = _SEARCHED.sub(lambda mark: f"```{{index}} ! {mark['words'].replace(', ', ', ! ')}\n```", text)
     return _CHAPTERS.sub(_add_chapters, _MARK.sub(lambda mark: PARTS[mark["part"]](), text))
 
 
 def _add_chapters(section: re.Match[str]) -> str:
-    pages = re.findall(r"\]\(([^)#:]+)\.(?:md|ipynb)\)", section["text"])
+    links = re.findall(r"\[([^\]]+)\]\(([^)#:]+)\.(?:md|ipynb)\)", section["text"])
+    # A page that introduces a folder has the name of the folder as its title.
+    pages = [f"{text} <{page}>" if page.endswith("README") else page for text, page in links]
     return "\n".join([section[1], "```{toctree}", ":hidden:", f":caption: {section['title']}", "", *pages, "```"])
 
 
@@ -316,7 +322,8 @@ def list_errors() -> str:
     """Every error that the package raises for the input of a user, with its base, its meaning and its parts."""
     for module in pkgutil.walk_packages(affordance.__path__, "affordance."):
         if not module.name.endswith("__main__"):
-            importlib.import_module(module.name)
+            with contextlib.suppress(ModuleNotFoundError):  # of an extra that is not installed; it defines no error
+                importlib.import_module(module.name)
     rows = [_describe_error(each) for each in _walk_errors(AffordanceError)]
     return format_rows(["error", "kind of", "meaning", "parts"], rows)
 
