@@ -52,14 +52,15 @@ def read_tables() -> str:
 def describe(numbers: Mapping[str, Any]) -> str:
     """Describes a run in a few sentences and a table of claims."""
     interpolated = f"{100.0 * (1.0 - numbers['simulated']):.0f} % of the" if numbers["simulated"] else "all"
+    compared = ", ".join(map(str, numbers["proven_in"]))
+    bound = f"bound {1e6 * numbers['interpolation_bound_m']:.0f} um"
     run = (
         f"{numbers['settings']} settings with {numbers['observers']} observers each (seed {numbers['seed']}, commit "
-        f"{numbers['commit'][:7]}). In {interpolated} settings, motions were interpolated "
-        f"between simulated holds. In the default setting and in settings {', '.join(map(str, numbers['proven_in']))}, interpolated "
-        f"motions were compared with full simulation: they differ by at most "
-        f"{1e6 * numbers['interpolation_error_m']:.1f} um (bound {1e6 * numbers['interpolation_bound_m']:.0f} um, "
-        f"{'met' if numbers['interpolation_proven'] else 'NOT met'}). A setting takes "
-        f"{sum(numbers['cpu_s'].values()):.0f} s of processor time on average."
+        f"{numbers['commit'][:7]}). In {interpolated} settings, motions were interpolated between simulated holds. "
+        f"In the default setting and in settings {compared}, interpolated motions were compared with full simulation: "
+        f"they differ by at most {1e6 * numbers['interpolation_error_m']:.1f} um "
+        f"({bound}, {'met' if numbers['interpolation_proven'] else 'NOT met'}). "
+        f"A setting takes {sum(numbers['cpu_s'].values()):.0f} s of processor time on average."
     )
     claims = list_tables(numbers)[0]
     places = [claims.header.index(name) for name in COLUMNS]
