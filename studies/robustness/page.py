@@ -57,8 +57,8 @@ def describe(numbers: Mapping[str, Any]) -> str:
     run = (
         f"{numbers['settings']} settings with {numbers['observers']} observers each (seed {numbers['seed']}, commit "
         f"{numbers['commit'][:7]}). In {interpolated} settings, motions were interpolated between simulated holds. "
-        f"In the default setting and in settings {compared}, interpolated motions were compared with full simulation: "
-        f"they differ by at most {1e6 * numbers['interpolation_error_m']:.1f} um "
+        f"In the default setting and in settings {compared}, interpolated motions were compared with full "
+        f"simulation: they differ by at most {1e6 * numbers['interpolation_error_m']:.1f} um "
         f"({bound}, {'met' if numbers['interpolation_proven'] else 'NOT met'}). "
         f"A setting takes {sum(numbers['cpu_s'].values()):.0f} s of processor time on average."
     )
