@@ -539,9 +539,9 @@ def _tabulate_pair(model: _Model, mode: _Mode) -> _Grid:
     z = np.maximum(ridge.z[:, :, None] + dz, _LEAST_SCORE).reshape(B, n * m, 2)
     dd = -(ridge.curvature.DC[:, :, None] @ dz[:, :, :, None, :, None])[..., 0]
     d = (ridge.d[:, :, None] + dd).reshape(B, n * m, T, C)
-    found = _climb(model, z, d, np.ones(z.shape), _SETTLED_NODE)
+    point, curvature = _look(model, z, d, np.ones(z.shape))  # deviations follow by one Newton step
     (along, close), (across, close_across) = _build_spline(*_RIDGE_NODES, step=2), _build_spline(*_NODES, step=2)
-    log_p = (found.point.value - 0.5 * found.curvature.log_det).reshape(B, n, m)
+    log_p = (point.value + 0.5 * (curvature.gain - curvature.log_det)).reshape(B, n, m)
     log_width = close @ np.log(width)  # (B, points, 1)
     # Beyond the nodes of both scores along a plane: twisted lines could rise again.
     log_p = along @ log_p @ close_across.T + close @ log_p @ (across - close_across).T + log_width
@@ -549,10 +549,11 @@ def _tabulate_pair(model: _Model, mode: _Mode) -> _Grid:
     mass /= mass.sum(axis=-1, keepdims=True)
     z = (along @ ridge.z)[:, :, None] + (np.exp(log_width) * _POINTS[::2])[..., None] * (1.0 - is_first[:, None])
     mu = np.swapaxes(model.find_densities(np.maximum(z, _LEAST_SCORE).reshape(B, -1, 2))[0], 1, 2)
-    D = np.diagonal(invert(found.point.D), axis1=-2, axis2=-1)
+    D = np.diagonal(invert(point.D), axis1=-2, axis2=-1)
     # Products of one observer each, as in ``_interpolate``.
     d, variance = (
-        close_across @ (close @ each.reshape(B, n, -1)).reshape(B, len(close), m, -1) for each in (found.d, D)
+        close_across @ (close @ each.reshape(B, n, -1)).reshape(B, len(close), m, -1)
+        for each in (d + curvature.dd, D)
     )
     shape = (B, 2, mass.shape[-1], T, C)
     d, variance = (np.broadcast_to(each.reshape(B, 1, -1, T, C), shape) for each in (d, variance))
