@@ -104,7 +104,7 @@ class Question:
     def most_rows(self) -> int:
         """Largest product of draws and particles. Objects that look the same count as one."""
         lifter, people = StaticLifter(self.lifts.tools, self.settings), self.lifts.people
-        things = 1 + max(int(lifter.identify_all(each.objects, each.teaches).max()) for each in people)
+        things = max(len(np.unique(lifter.identify_all(each.objects, each.teaches))) for each in people)
         lifts = max(len(each.objects) for each in people)
         return min(_MOST_ROWS, _MOST_NUMBERS // things**2, _MOST_WORK // lifts)
 

@@ -221,14 +221,15 @@ def draw_courses(
     state = learner.start(draws, learner.parameters, settings.prior, len(lifter.colours), K * P)
     lifter = lifter.of_learner(learner)
     things = lifter.identify_all(person.objects, person.teaches)
+    numbers = np.unique(things, return_inverse=True)[1]  # of a table's many objects most may look the same
     found = Courses(
         np.empty((K, N, P)), np.full((K, N, P), np.nan), np.tile(np.arange(P), (K, N, 1)), np.zeros((K, N, P))
     )
     log_weights = np.zeros((K, _AVERAGED, P))
-    lifts = zip(person.objects, things, person.pushes, person.teaches, strict=True)
-    for number, (lifted, thing, push, teaches) in enumerate(lifts):
+    lifts = zip(person.objects, things, numbers, person.pushes, person.teaches, strict=True)
+    for number, (lifted, thing, known, push, teaches) in enumerate(lifts):
         colours, rows = lifter.list_colours(thing), np.full(K * P, lifted)
-        seen, Phi = Seen(colours, np.full(K * P, thing)), lifter.gather(rows, colours)
+        seen, Phi = Seen(colours, np.full(K * P, known)), lifter.gather(rows, colours)
         expected = np.vecdot(Phi[:, 0], learner.expect(state, seen).compute_mode(DENSITY_FLOOR)) * lifter.gravity
         found.believed[:, number] = believed = expected.reshape(K, P)
         if np.isfinite(push):

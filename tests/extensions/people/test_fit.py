@@ -239,8 +239,13 @@ def test_objects_that_differ_in_mass_alone_limit_no_number_of_draws(tmp_path):
     rows.to_csv(tmp_path / "masses.csv", index=False)
     question = ask(tmp_path / "masses.csv", OWN_MEMORY)
     assert (len(question.lifts.tools), question.most_rows) == (3000, 200_000_000 // 3000)
-    rows.assign(size=np.geomspace(1e-4, 3e-3, 3000)).to_csv(tmp_path / "sizes.csv", index=False)
-    assert "--draws: is 8, must be at most 1" in refuse(ask, tmp_path / "sizes.csv", OWN_MEMORY)
+    rows = rows[::2].assign(looks_like=np.repeat(["red", "blue"], 750))
+    rows.to_csv(tmp_path / "looks.csv", index=False)
+    assert ask(tmp_path / "looks.csv", OWN_MEMORY).most_rows == 100_000
+    sizes, colours = np.divmod(np.arange(1500), 50)
+    rows = rows.assign(size=1e-4 * 1.12**sizes, looks_like=[f"#{60000 * k:06x}" for k in colours])
+    rows.to_csv(tmp_path / "looks.csv", index=False)
+    assert "--draws: is 8, must be at most 7" in refuse(ask, tmp_path / "looks.csv", OWN_MEMORY)
 
 
 def test_people_who_were_fitted_before_a_fit_was_killed_are_taken_up(table, tmp_path, monkeypatch):

@@ -113,6 +113,18 @@ def test_a_push_that_is_not_known_counts_nothing_and_a_lift_that_does_not_teach_
     np.testing.assert_allclose(untaught[[0, 2, 3, 4]], expected[[0, 2, 3, 4]], rtol=1e-3)
 
 
+def test_a_look_that_comes_after_many_masses_is_the_second_object(monkeypatch):
+    """A state has room for two objects, not for twenty: they are numbered by looks."""
+    masses = [cylinder("can", radius=0.045, height=0.06, mass=0.5 + 0.01 * k, colour="#808080") for k in range(19)]
+    tools, seen = [*masses, cylinder("new", radius=0.045, height=0.06, mass=0.6, colour="#ff0000")], []
+    person = Person("P1", np.arange(20), np.full(20, 6.0), np.ones(20, dtype=bool))
+    feel = StaticLifter.feel
+    monkeypatch.setattr(StaticLifter, "feel", lambda self, *given: seen.append(given[1].things) or feel(self, *given))
+    free = list_free(KINDS_DRAWN, PUSHES)
+    draw_courses(person, tools, KINDS_DRAWN, Settings(), free, np.array([[0.2]]), particles=3, seeds=[(0,)])
+    assert [each.tolist() for each in seen] == [[0] * 3] * 19 + [[1] * 3]
+
+
 def test_values_share_one_stream():
     """The same value twice has the same likelihood, and so has each alone."""
     free = list_free(KINDS_DRAWN, Participant())
