@@ -1,9 +1,9 @@
 """Ranks objects and grips by the cost of a task.
 
-The paper's rule draws one density from the belief and takes the option that is cheapest for it. Bayes' rule takes the
-option of least expected work. Effort is also compared by its expectation. Peaks (the fraction of a torque limit, and
-the wrench at the grip) are compared by their 95 % quantile under the belief, because rare heavy tools slip or
-overload a joint.
+The paper's rule draws one density from the belief and takes the option that is cheapest for it. The Bayes decision
+rule takes the option of least expected work. Effort is also compared by its expectation. Peaks (the fraction of a
+torque limit, and the wrench at the grip) are compared by their 95 % quantile under the belief, because rare heavy
+tools slip or overload a joint.
 """
 
 from collections.abc import Sequence
@@ -131,7 +131,7 @@ class Ranking(NamedTuple):
 
     @property
     def best(self) -> RankedOption:
-        """Option that Bayes' rule chooses, with the least expected cost.
+        """Option of least expected cost (the Bayes decision rule).
 
         Raises:
             AffordanceError: No option is usable.

@@ -1,9 +1,10 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering with a tool that was never held.
 
-Observers hold the first two objects of Simulation II. After each trial they choose the end by which to hold a novel
-tool, which they never hold. The right grip drives a nail, with a demanded peak force, at the least absolute work of
-the joints. Simulated blows, with contact, show which grip is truly cheaper. Expected: the share of correct choices
-grows from chance to 65 % after one trial and to 100 % after two (figure 10).
+Observers hold the first two objects of Simulation II, three times each; the first two trials have one of each. After
+each trial they choose the end by which to hold a novel tool, which they never hold: an inner simulation of the blow
+computes the cost of each grip from the believed densities. The correct grip drives a nail, with a demanded peak
+force, at the least absolute work of the joints in a simulated blow with contact and the true densities. Expected: the
+probability of the correct choice grows from chance to 65 % after one trial and to 100 % after two (figure 10).
 """
 
 from collections.abc import Mapping, Sequence
@@ -188,13 +189,13 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
 
     Choices are made before the first hold of other objects and after each.
 
-    The paper's rule compares the work at one density of each material, drawn from the belief. Bayes' rule compares
-    the work expected over the whole belief; it is applied to the first tool only.
+    The paper's rule compares the work at one density of each material, drawn from the belief. The Bayes decision rule
+    compares the work expected over the whole belief; it is applied to the first tool only.
     """
-    memories = [recall(setup, experience, observer, held) for held in range(experience.sizes["trial"] + 1)]
-    seed = (setup.seed, observer)  # the same draws for every tool and rule, so that nothing else differs
+    memories = [recall(setup, experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
+    seed = (setup.seed, observer)  # the same draws for every tool, so that nothing else differs
     paper = [choose_by_sample(choice, memories, seed) for choice in choices]
-    right = [compute_probabilities(choice, memories, seed) for choice in choices]
+    probabilities = [compute_probabilities(choice, memories, seed) for choice in choices]
     bayes, flips = choose_by_expectation(choices[0], memories, seed)
     meaning = "index of the grip chosen, -1 if none can be used"
     return xr.Dataset(
@@ -202,14 +203,14 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
             "paper": (("tool", "moment"), paper, about("1", f"{meaning}; by the paper's rule, one drawn density")),
             "probability": (
                 ("tool", "moment", "grip"),
-                right,
+                probabilities,
                 about("1", "probability that the paper's rule chooses the grip, of the posterior given all holds"),
             ),
             "bayes": ("moment", bayes, about("1", f"{meaning}; by the least expected absolute work, first tool")),
             "flips": (
                 "moment",
                 flips,
-                about("1", "whether the integral of torque squared would choose otherwise than Bayes' rule"),
+                about("1", "whether the integral of torque squared would choose otherwise than the expected work"),
             ),
         },
         {"tool": [choice.options[0].object_name for choice in choices]},
@@ -259,8 +260,8 @@ def find_share_of_light_ends(
 ) -> float | None:
     """Computes how often choices under the prior grip the less dense end. Returns None if no choice is possible.
 
-    The result shows how far the chance level is from one half. It describes the task, not an observer, so the
-    settings have no errors.
+    Near one, a choice under the prior amounts to holding the less dense end. The share describes the task, not an
+    observer, so the settings have no errors.
     """
     choice = Choice(list_options(tool, seed=seed), list(costs.values()), exact)
     memory = MaterialMemory().add_colours(list_colours(held), exact.prior)

@@ -1,9 +1,9 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool that was never held.
 
 Observers hold the first two objects of Simulation II. After each trial they choose the end by which to hold a novel
-tool, which they never hold. The right grip moves its free end along a path at the least absolute work of the joints.
-Observers compare inner simulations at the believed densities. Expected: the share of correct choices grows from
-chance (figure 8).
+tool, which they never hold. The correct grip moves its free end along a path at the least absolute work of the
+joints. Observers compare inner simulations at the believed densities. Expected: the probability of the correct choice
+grows from chance (figure 8).
 """
 
 from collections.abc import Mapping, Sequence
@@ -201,13 +201,13 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
 
     Choices are made before the first hold of other objects and after each.
 
-    The paper's rule compares the work at one density of each material, drawn from the belief. Bayes' rule compares
-    the work expected over the whole belief; it is applied to the first tool only.
+    The paper's rule compares the work at one density of each material, drawn from the belief. The Bayes decision rule
+    compares the work expected over the whole belief; it is applied to the first tool only.
     """
     memories = [recall(setup, experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
     seed = (setup.seed, observer)
     paper = [choose_by_sample(choice, memories, seed) for choice in choices]
-    right = [compute_probabilities(choice, memories, seed) for choice in choices]
+    probabilities = [compute_probabilities(choice, memories, seed) for choice in choices]
     bayes, flips = choose_by_expectation(choices[0], memories, seed)
     meaning = "index of the grip chosen, -1 if none can be used"
     return xr.Dataset(
@@ -215,7 +215,7 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
             "paper": (("tool", "moment"), paper, about("1", f"{meaning}; by the paper's rule, one drawn density")),
             "probability": (
                 ("tool", "moment", "grip"),
-                right,
+                probabilities,
                 about("1", "probability that the paper's rule chooses the grip, of the posterior given all holds"),
             ),
             "bayes": ("moment", bayes, about("1", f"{meaning}; by the least expected absolute work, first tool")),

@@ -1,10 +1,13 @@
 """Simulation I (paper, IV-A): the weight of rods, after Mounoud and Bower (1974, Cognition 3:29-40).
 
-An observer, which is a simulated arm with a memory, holds brass rods in its outstretched hand, one after the other,
-from short to long. The last object is a decoy that looks like brass but weighs far less. After each hold, the felt
-joint torques update the belief about the density of brass. Expected: the arm drops less from rod to rod (figure 3),
-and lifts the decoy (figure 4). Observers differ only by the error of felt torque, which is drawn once for each joint
-and hold, so all of them drop the first rod alike.
+An observer, which is a simulated arm with a memory, holds brass rods (ellipsoids) in its outstretched hand, one after
+the other, from short to long. The last object is a decoy that looks like brass but weighs far less. The controller
+assumes the most probable mass throughout a hold, so the hand sinks under a heavier object and rises under a lighter
+one. After each hold, the measured joint torques update the belief about the density of brass. Expected: the hand
+sinks less from rod to rod (figure 3), and rises with the decoy (figure 4). Observers differ only by the error of the
+measured torques, which is drawn once for each joint and hold, so the first rod sinks alike for all.
+
+Read ``hold``, ``observe``, ``measure`` and ``judge`` first; ``run`` puts them together.
 """
 
 from collections.abc import Mapping, Sequence
@@ -151,8 +154,8 @@ def read(setup: Setup) -> Sequence[Tool]:
 def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
     """Simulates an observer who holds objects one by one and learns from each.
 
-    The decoy looks like the last rod, so the memory takes it for a second lift of that rod; figure 3 leaves out the
-    belief after it.
+    The decoy looks like the last rod, so the memory takes its torques for a second measurement of that rod. Figure 3
+    leaves out the belief after it.
 
     Args:
         setup: Seed, settings and models of the run.
