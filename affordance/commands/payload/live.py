@@ -211,7 +211,7 @@ def _use(arguments: argparse.Namespace, program: _Program, source: Iterator[Samp
         return 0
     left = f", {live.num_skipped} beliefs left out as it came late" if live.num_skipped else ""
     answers.tell(
-        arguments, f"{live.num_samples} samples, {live.num_late} of them double, too late or without numbers{left}"
+        arguments, f"{live.num_samples} samples, {live.num_late} skipped (double, late or without numbers){left}"
     )
     return status
 

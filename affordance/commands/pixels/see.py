@@ -168,7 +168,7 @@ def _describe(content: dict[str, Any]) -> Iterator[str]:
     )
     if content["mass"]:
         mass, of = content["mass"], ", ".join(name.replace("_", " ") for name in content["materials"])
-        yield f"{mass['mean']:.2g} kg ({mass['p05']:.2g} to {mass['p95']:.2g}) if it is: {of}"
+        yield f"{mass['mean']:.2g} kg ({mass['p05']:.2g} to {mass['p95']:.2g}), assumed: {of}"
     yield f"{form}, {sizes} cm: {measured}, centre +- {1e3 * content['place_sd']:.0f} mm (intervals of 90 %)"
     yield f"It is {content['distance']:.2f} m from the camera; if not, --depth-unit or --camera is wrong."
     if content["chosen"] == "nearest to the middle":

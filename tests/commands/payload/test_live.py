@@ -36,7 +36,7 @@ def test_the_demonstration_takes_up_a_bar(demo):
     assert low < 0.550 < high
     assert re.search(r"FINAL: 0\.5\d+ kg .*: trusted$", lines[-1])
     assert "For the controller" in demo.out
-    assert "800 samples, 0 of them double, too late or without numbers" in demo.out
+    assert "800 samples, 0 skipped (double, late or without numbers)" in demo.out
 
 
 def test_what_is_recorded_gives_identify_the_same_answer(tmp_path):
@@ -116,7 +116,7 @@ def test_a_controller_of_universal_robots_is_read_and_gets_no_value(tmp_path):
     assert (set_["mass_kg"], set_["changes_signal"]) == (0.5, False)
     beliefs = [each for each in events if each["event"] == "belief"]
     assert beliefs[-1]["mass_interval90"][0] < 3.0 < beliefs[-1]["mass_interval90"][1]
-    assert "1126 samples, 0 of them" in told.err
+    assert "1126 samples, 0 skipped" in told.err
 
 
 @pytest.mark.parametrize(

@@ -453,7 +453,7 @@ class LiveIdentifier:
         if earlier and sd > _FLAT * earlier[-1] and sd < _USABLE * max(belief.mass, 0.1):
             return True, "more of this motion hardly helps"
         if sd > needed:
-            return False, f"the mass is known to {1e3 * sd:.0f} g, {1e3 * needed:.0f} g would be enough (SDs)"
+            return False, f"the SD of the mass is {1e3 * sd:.0f} g, at most {1e3 * needed:.0f} g is asked for"
         return (
             False,
             f"the centre of mass is known to {1e3 * com_sd:.0f} mm, {1e3 * _PRECISE_M:.0f} mm would be enough",

@@ -32,7 +32,7 @@ def _describe(event: LiveEvent, flange: Flange | str, start: float) -> Iterator[
             "" if c["empty_runs"] >= _ENOUGH_RUNS else ": three of 15 s, of other motions, would show the arm better"
         )
         runs = "1 empty run" if c["empty_runs"] == 1 else f"{c['empty_runs']} empty runs"
-        yield f"ready: {runs}{few}; the empty hand seems to hold 0 +- {1e3 * c['empty_hand_kg']:.0f} g"
+        yield f"ready: {runs}{few}; the empty hand weighs 0 +- {1e3 * c['empty_hand_kg']:.0f} g"
     elif event.kind == "belief":
         yield f"{_show_mass(c)}{_show_centre(c)}; {'enough' if c['enough'] else 'not yet enough'}: {c['why']}"
     elif event.kind in ("taken up", "put down", "exchanged", "disturbed"):
@@ -40,7 +40,7 @@ def _describe(event: LiveEvent, flange: Flange | str, start: float) -> Iterator[
         if "why" in c:
             yield f"  {c['why']}"
     elif event.kind == "gap":
-        yield f"gap: no sample for {c['seconds']:.2f} s, everything begins anew"
+        yield f"gap: no sample for {c['seconds']:.2f} s; the estimate starts again"
     elif event.kind == "controller":
         centre = ", ".join(f"{1e3 * x:.0f}" for x in c["com_m"])
         new = "is now" if c["changed"] else "is"
