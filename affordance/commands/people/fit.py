@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValueError("--free", "", "is empty, must name a parameter")
     content: dict[str, Any] = {"learner": question.learner.name, "free": question.names}
     if arguments.pooled:
-        pooled = fit_pooled(question)
+        pooled = fit_pooled(question, arguments.out / KEPT)
         tree = describe_fit(question, pooled)
         content["everyone"] = describe_values(question, pooled)
         noise = question.estimate_noise(find_best(question, pooled))

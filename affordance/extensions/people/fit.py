@@ -190,7 +190,8 @@ class Question:
     def compute_all(self, normal: Array) -> Array:
         """Computes log likelihoods of all pushes, (D, participants, N), padded with zeros."""
         tasks = [partial(self.compute, place, normal) for place in range(len(self.lifts.people))]
-        return stack(run_tasks(tasks, jobs=self.jobs, description="fit"))
+        jobs = 1 if self._kept else self.jobs  # courses take long to draw or to send, but not to weight
+        return stack(run_tasks(tasks, jobs=jobs, description="fit"))
 
     def estimate_noise(self, normal: Array) -> Array:
         """Estimates the SD of each participant's log likelihood, (participants,).
@@ -332,14 +333,47 @@ def _draw(question: Question, place: int) -> Draws:
     return draws._replace(log_evidence=draws.log_evidence + question.average_streams(place, draws.normal))
 
 
-def fit_pooled(question: Question) -> Draws:
-    """Draws from the posterior of parameters that all participants share. All chains are concatenated."""
+def fit_pooled(question: Question, folder: Path | None = None) -> Draws:
+    """Draws from the posterior of parameters that all participants share. All chains are concatenated.
+
+    Args:
+        question: Question.
+        folder: Folder that caches the courses of each participant until an input changes; None for no cache.
+    """
+    chains = _split_chains(question)
+    if folder is not None and len(split_free(question.free)[0]) <= _MOST_ON_GRID:
+        for chain in chains:
+            _find_kept_courses(chain, folder)
     return merge(
         [
             sample(chain.compute_all, len(chain.free), count=chain.draws, moves=chain.moves, seed=chain.seed)
-            for chain in _split_chains(question)
+            for chain in chains
         ]
     )
+
+
+def _find_kept_courses(question: Question, folder: Path) -> None:
+    """Finds the courses of all participants at the nodes of prior draws, in the folder or by drawing them."""
+    key = compute_key(question, list_arm_files(question.settings.arm), _list_courses, question.learner)
+    found = run_batches(
+        folder / f"pooled_{key}",
+        partial(run_each, partial(_list_courses, question)),
+        repeats=len(question.lifts.people),
+        jobs=question.jobs,
+        description=f"fit {question.learner.name}",
+        unit="person",
+    )
+    for place, arrays in enumerate(found):
+        nodes, courses = arrays.pop("nodes").tolist(), Courses(**arrays)
+        question._kept.update({(place, *node): courses.take(np.array([i])) for i, node in enumerate(nodes)})
+
+
+def _list_courses(question: Question, place: int) -> dict[str, NDArray[Any]]:
+    """Draws one participant's courses at the nodes of prior draws. Returns arrays by name, as stored in a file."""
+    question.compute(place, question.draw_prior())
+    kept = {key[1:]: each for key, each in question._kept.items() if key[0] == place}
+    joined = Courses(*map(np.concatenate, zip(*kept.values(), strict=True)))
+    return {"nodes": np.array([*kept]), **joined._asdict()}
 
 
 def _split_chains(question: Question) -> list[Question]:

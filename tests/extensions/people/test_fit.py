@@ -285,6 +285,26 @@ def test_people_who_were_fitted_before_a_fit_was_killed_are_taken_up(table, tmp_
     assert fitted[7:] == [0, 1]
 
 
+def test_courses_that_were_drawn_before_a_pooled_fit_was_killed_are_taken_up(table, tmp_path, monkeypatch):
+    question, drawn = ask(table, KINDS_DRAWN, draws=4, particles=3), []
+    whole, draw = fit_pooled(question), fit.draw_courses
+
+    def draw_one(person, *arguments, **options):
+        if len(drawn) == 1:
+            drawn.append("killed")
+            raise KeyboardInterrupt
+        drawn.append(person.name)
+        return draw(person, *arguments, **options)
+
+    monkeypatch.setattr(fit, "draw_courses", draw_one)
+    with pytest.raises(KeyboardInterrupt):
+        fit_pooled(question, tmp_path / "kept")
+    found = fit_pooled(replace(question), tmp_path / "kept")
+    assert drawn[:3] == ["0", "killed", "1"]
+    np.testing.assert_array_equal(found.normal, whole.normal)
+    np.testing.assert_array_equal(found.log_likelihoods, whole.log_likelihoods)
+
+
 def test_log_likelihoods_between_nodes_are_close_to_those_computed_there(table, monkeypatch):
     """With nodes at once and half the distance, sums of log likelihoods differ by less than the particles' noise."""
     question = ask(table, KINDS_DRAWN, particles=200, free=["kappa"], participant=Participant(push_error=0.2))
