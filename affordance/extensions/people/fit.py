@@ -5,7 +5,7 @@ The result is an xarray DataTree for ArviZ 1.
 
 import io
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -284,16 +284,22 @@ def fit_each(question: Question, folder: Path | None = None) -> list[PersonFit]:
     people, jobs = range(len(question.lifts.people)), question.jobs
     if folder is None:
         return run_tasks([partial(_fit_one, question, place) for place in people], jobs=jobs, description="fit")
-    key = compute_key(question, list_arm_files(question.settings.arm), _fit_one, question.learner)
-    found = run_batches(
+    return [_read_arrays(**each) for each in _run_kept(question, folder, _list_arrays)]
+
+
+def _run_kept(
+    question: Question, folder: Path, run: Callable[[Question, int], dict[str, NDArray[Any]]]
+) -> list[dict[str, NDArray[Any]]]:
+    """Runs a function for each participant. Finished participants are cached in the folder."""
+    key = compute_key((question, run.__name__), list_arm_files(question.settings.arm), _fit_one, question.learner)
+    return run_batches(
         folder / key,
-        partial(run_each, partial(_list_arrays, question)),
-        repeats=len(people),
-        jobs=jobs,
+        partial(run_each, partial(run, question)),
+        repeats=len(question.lifts.people),
+        jobs=question.jobs,
         description=f"fit {question.learner.name}",
         unit="person",
     )
-    return [_read_arrays(**each) for each in found]
 
 
 def _list_arrays(question: Question, place: int) -> dict[str, NDArray[Any]]:
@@ -343,29 +349,15 @@ def fit_pooled(question: Question, folder: Path | None = None) -> Draws:
     chains = _split_chains(question)
     if folder is not None and len(split_free(question.free)[0]) <= _MOST_ON_GRID:
         for chain in chains:
-            _find_kept_courses(chain, folder)
+            for place, arrays in enumerate(_run_kept(chain, folder, _list_courses)):
+                nodes, courses = arrays.pop("nodes").tolist(), Courses(**arrays)
+                chain._kept.update({(place, *node): courses.take(np.array([i])) for i, node in enumerate(nodes)})
     return merge(
         [
             sample(chain.compute_all, len(chain.free), count=chain.draws, moves=chain.moves, seed=chain.seed)
             for chain in chains
         ]
     )
-
-
-def _find_kept_courses(question: Question, folder: Path) -> None:
-    """Finds the courses of all participants at the nodes of prior draws, in the folder or by drawing them."""
-    key = compute_key(question, list_arm_files(question.settings.arm), _list_courses, question.learner)
-    found = run_batches(
-        folder / f"pooled_{key}",
-        partial(run_each, partial(_list_courses, question)),
-        repeats=len(question.lifts.people),
-        jobs=question.jobs,
-        description=f"fit {question.learner.name}",
-        unit="person",
-    )
-    for place, arrays in enumerate(found):
-        nodes, courses = arrays.pop("nodes").tolist(), Courses(**arrays)
-        question._kept.update({(place, *node): courses.take(np.array([i])) for i, node in enumerate(nodes)})
 
 
 def _list_courses(question: Question, place: int) -> dict[str, NDArray[Any]]:
