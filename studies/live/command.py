@@ -87,14 +87,12 @@ def tabulate(found: Mapping[str, NDArray[Any]], constant: Mapping[str, NDArray[A
         "beliefs_inside": int(found["beliefs"][:, 1].sum()),
         "last": int(known.sum()),
         "last_inside": int(last[known, 2].sum()),
-        "rms_mass_share": float(np.sqrt(np.mean(error**2))),
-        "rms_com_mm": (1e3 * np.sqrt(np.mean(found["com"][known] ** 2, axis=0))).tolist(),
+        "rms_mass_share": _take_rms(error),
+        "rms_com_mm": [_take_rms(1e3 * each) for each in found["com"].T],
         "finals": int(given.sum()),
         "finals_trusted": int(trusted.sum()),
         "trusted_inside": int(final[trusted, 2].sum()),
-        "agreement_rms_sd": (
-            float(np.sqrt(np.nanmean(found["agreement"] ** 2))) if np.isfinite(found["agreement"]).any() else None
-        ),
+        "agreement_rms_sd": _take_rms(found["agreement"]),
         "false_changes": int(found["false"].sum()),
         **(_tabulate_wire(found["wire"]) if constant is None else _tabulate_load(found["milliseconds"], constant)),
     }
@@ -123,14 +121,23 @@ def _take_quantiles(delays: NDArray[Any]) -> list[float | None]:
     return [float(len(there)), *((float(np.median(there)), float(there.max())) if len(there) else (None, None))]
 
 
+def _take_rms(errors: NDArray[Any]) -> float | None:
+    """Computes the root mean square of the errors that are there. Without any it is None."""
+    there = errors[np.isfinite(errors)]
+    return float(np.sqrt(np.mean(there**2))) if len(there) else None
+
+
+def _format(value: float | None, form: str) -> str:
+    return "-" if value is None else f"{value:{form}}"
+
+
 def list_rows(n: Mapping[str, Any]) -> list[list[str]]:
     """Lists the rows of the table that is printed."""
 
     def show(name: str) -> str:
         number, *times = n[f"{name}_s"]
-        return f"{', '.join('-' if x is None else f'{x:.1f}' for x in times)} s in {number:.0f} of {n['pickups']}"
+        return f"{', '.join(_format(x, '.1f') for x in times)} s in {number:.0f} of {n['pickups']}"
 
-    agreement = "-" if n["agreement_rms_sd"] is None else f"{n['agreement_rms_sd']:.2f} SD"
     return [
         ["noticed after (median, largest)", show("noticed")],
         ["named after", show("named")],
@@ -138,11 +145,11 @@ def list_rows(n: Mapping[str, Any]) -> list[list[str]]:
         ["enough after", show("enough")],
         ["90 % interval holds the mass, last belief", f"{n['last_inside']} of {n['last']}"],
         ["the same, all beliefs", f"{n['beliefs_inside']} of {n['beliefs']}"],
-        ["error of the mass (RMS)", f"{100.0 * n['rms_mass_share']:.1f} %"],
-        ["error of the centre of mass (RMS)", f"{', '.join(f'{x:.0f}' for x in n['rms_com_mm'])} mm"],
+        ["error of the mass (RMS)", _format(n["rms_mass_share"], ".1%").replace("%", " %")],
+        ["error of the centre of mass (RMS)", f"{', '.join(_format(x, '.0f') for x in n['rms_com_mm'])} mm"],
         ["final answers, of these trusted", f"{n['finals']}, {n['finals_trusted']}"],
         ["trusted and 90 % interval holds the mass", f"{n['trusted_inside']} of {n['finals_trusted']}"],
-        ["belief less final answer (RMS)", agreement],
+        ["belief less final answer (RMS, SDs)", _format(n["agreement_rms_sd"], ".2f")],
         ["false changes in pick-ups", str(n["false_changes"])],
         *(_list_wire(n) if "sent" in n else _list_load(n)),
     ]

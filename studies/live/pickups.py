@@ -128,11 +128,11 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
         pick, put = followed.follow(f"{script}{_AFTER:g}")
     events, nan = followed.events, float("nan")
 
-    def wait(kinds: tuple[str, ...], since: float, until: float = np.inf, test: Any = None) -> float:
-        found = (
-            e.time - since for e in events if e.kind in kinds and since < e.time < until and (not test or test(e))
-        )
-        return next(found, nan)
+    def find_said(event: LiveEvent) -> float:
+        return float(event.content.get("said", event.time))
+
+    def wait(kind: str, since: float, until: float = np.inf) -> float:
+        return next((find_said(e) - since for e in events if e.kind == kind and since < e.time < until), nan)
 
     def holds(content: Mapping[str, Any]) -> bool:
         low, high = content["mass_interval90"]
@@ -148,13 +148,12 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
     of_load = [e for e in beliefs if e.time < put.time]
 
     def until(test: Any) -> float:
-        return next((e.time - pick.time for e in of_load if test(e.content)), nan)
+        return next((find_said(e) - pick.time for e in of_load if test(e.content)), nan)
 
     last = beliefs[-1] if beliefs else None
     finals = [e for e in events if e.kind == "final" and "mass_kg" in e.content and pick.time < e.time < put.time]
     final = finals[-1].content if finals else None
-    # A slow machine may say a change late, which makes it no false one: over the wire, the stamp is in the content.
-    changes = [e.content.get("time", e.time) for e in events if e.kind == "changed"]
+    changes = [e.time for e in events if e.kind == "changed"]
     true = [t for t in changes if 0.0 < t - pick.time < 4.0 or 0.0 < t - put.time < 4.0]
     at_final = next((e for e in reversed(beliefs) if finals and e.time <= finals[-1].time), None)
     agreement = nan
@@ -165,13 +164,13 @@ def run_pickup(config: PickupConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
         "mass": np.array(mass),
         "delay": np.array(
             [
-                wait(("changed",), pick.time, put.time),
-                wait(("taken up",), pick.time),
+                wait("changed", pick.time, put.time),
+                wait("taken up", pick.time),
                 until(lambda c: c["mass_sd_kg"] <= 0.05 * c["mass_kg"]),
                 until(lambda c: c["enough"]),
             ]
         ),
-        "put": np.array(wait(("changed",), put.time)),
+        "put": np.array(wait("changed", put.time)),
         "beliefs": np.array([len(beliefs), sum(holds(e.content) for e in beliefs)]),
         "last": none
         if last is None

@@ -34,7 +34,7 @@ _PATIENCE = 240.0  # time after which the processes have failed, [s]
 class Wired(NamedTuple):
     """Stream that was followed over the wire."""
 
-    events: list[LiveEvent]  # events, at the times of their lines by the clock, [s]
+    events: list[LiveEvent]  # events, with the time at which each was said by the clock as ``said``, [s]
     loads: list[Truth]  # true loads, by the same clock
     received: int  # number of samples that were received
     unused: int  # number of these that were double, too late or without numbers
@@ -75,8 +75,8 @@ def follow(
             late.start()
             try:
                 for line in live.stdout or ():
-                    now, content = time.time(), json.loads(line)
-                    events.append(LiveEvent(content.pop("event"), now, content))
+                    content = json.loads(line) | {"said": time.time()}
+                    events.append(LiveEvent(content.pop("event"), content.pop("time"), content))
                 remarks.seek(0)
                 last = (remarks.read().splitlines() or [""])[-1]
                 if live.wait() not in (0, 3):  # trusted or not

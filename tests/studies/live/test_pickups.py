@@ -37,7 +37,10 @@ def test_a_robot_in_another_process_is_followed_over_the_wire_and_no_sample_is_l
     numbers = tabulate({name: values[None] for name, values in found.items()}, None)
     assert numbers["sent"] == numbers["received"] == 5700  # 22.8 s of 250 samples
     assert numbers["unused"] == numbers["false_changes"] == 0
-    assert (numbers["noticed"], numbers["put_noticed"], numbers["last_inside"]) == (1, 1, 1)
+    # A busy machine leaves out beliefs, and notices late.
+    assert numbers["noticed"] == 1
+    assert numbers["last_inside"] == numbers["last"]
+    assert numbers["beliefs_inside"] == numbers["beliefs"]
     assert ["samples sent, received, of these not used", "5700, 5700, 0"] in list_rows(numbers)
 
 
