@@ -49,8 +49,9 @@ coverage: $(VENV)/dev.stamp ## run the test suite and measure which lines of aff
 wheel: $(VENV)/dev.stamp ## build the wheel, and use it from an empty environment and another folder
 	./.ci/try_wheel.sh
 
+# All pages are read anew: Sphinx forgets for the search what the index has of pages that it does not read.
 docs: $(VENV)/docs.stamp ## build the documentation in build/site: some minutes, seconds once its pictures are kept
-	OMP_NUM_THREADS=1 $(PYTHON) -m sphinx --quiet --fail-on-warning --keep-going -b html -c docs . build/site
+	OMP_NUM_THREADS=1 $(PYTHON) -m sphinx --quiet --fresh-env --fail-on-warning --keep-going -b html -c docs . build/site
 	@echo "The documentation: build/site/index.html"
 
 lessons: $(VENV)/dev.stamp ## execute the lessons and write their outputs into them: two minutes
