@@ -10,13 +10,14 @@ order and be forgotten, and memories can be merged.
 Each mu_i is written as a function of its normal score z_i, which is N(0, 1) a priori. The marginal of a score is
 computed on a grid: at each node Laplace's method integrates over all other scores and all delta (Tierney and Kadane
 1986, J. Am. Stat. Assoc. 81:82; Rue, Martino and Chopin 2009, J. R. Stat. Soc. B 71:319). Means and SDs of mu_i and
-rho_k are sums over the grid; correlations are taken at the mode of all scores and delta. Two densities that an object
-joins have a grid of both scores instead, which also gives their correlation. The result is the normal distribution
-that has these moments when it is restricted to positive densities.
+rho_k are sums over the grid; correlations are taken at the mode of all scores and delta. Two or three densities that
+objects join have a grid of all their scores instead, which also gives their correlations. The result is the normal
+distribution that has these moments when it is restricted to positive densities.
 """
 
+from collections.abc import Sequence
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy  # it imports its submodules on first use: interpolation takes a tenth of a second
@@ -26,7 +27,7 @@ from scipy.special import log_ndtr, ndtri_exp
 from affordance.arrays import Array, Mask
 from affordance.belief.holds import Holds, compute_log_likelihood, fit_torques, reduce_errors
 from affordance.belief.normals import Normals, invert
-from affordance.belief.positive_normal import find_untruncated, find_untruncated_pair
+from affordance.belief.positive_normal import find_untruncated, find_untruncated_joint
 
 # From so many SDs of mean the bound at zero is ignored; below this correlation two densities count as independent.
 _FREE, _RELATED = 6.0, 0.02
@@ -36,7 +37,9 @@ _LEAST_PRECISION = 1e-6  # of a normal distribution, in units of its SDs
 # Nodes of a score's grid, in SDs at the mode, and points to which the log marginal is interpolated by a cubic spline;
 # beyond the nodes it continues along straight lines.
 _NODES, _POINTS = np.array([-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0]), np.arange(-8.0, 6.6, 0.25)
-# A grid of two scores has more nodes along the ridge that the data leave open, and half as many points a score.
+# Numbers of scores that have a joint grid. It has more nodes along the ridges that the data leave open, and half as
+# many points a score; grids of three scores are computed for so many observers at once.
+_JOINT, _MOST_AT_ONCE = (2, 3), 8
 _RIDGE_NODES = np.linspace(-4.0, 4.0, 13)
 _LEAST_CURVATURE = 0.1  # of a deviation, whose prior alone has 1
 # Largest change of the log posterior by a Newton step that counts as none, at the mode and at a node. A step that
@@ -341,22 +344,25 @@ def compute_posterior(experience: Experience) -> Posterior:
     joined = joined[0]
     if not (joined.all() and owned.any()):
         return _divide(experience, joined, owned)
-    model = _Model(experience)
     T, C = kinds.shape[1:]
     is_separate = not is_used[..., 1:].any() and not prior.covariance[:, ~np.eye(M, dtype=bool)].any()
+    is_joint = M in _JOINT and not is_separate
+    if is_joint and M > 2 and B > _MOST_AT_ONCE:
+        return _split(experience, np.arange(B)[:, None] // _MOST_AT_ONCE)
+    model = _Model(experience)
     z, d = _start(model, prior, T, C)
     if is_separate and not holds.errors.shape[2]:  # the fit of a single density is close to the mode
         z, d = z[:, :1], d[:, :1]
     mode = _choose_best(_climb(model, z, d, np.zeros((*z.shape[:2], M)), _SETTLED))
-    is_pair = M == 2 and not is_separate
-    grid = (_tabulate_separate if is_separate else _tabulate_pair if is_pair else _tabulate)(model, mode)
+    grid = (_tabulate_separate if is_separate else _tabulate_joint if is_joint else _tabulate)(model, mode)
     mean = (grid.mass * grid.mu).sum(axis=-1)
     sd = np.sqrt((grid.mass * (grid.mu - mean[..., None]) ** 2).sum(axis=-1))
     expansion, covariance = _expand(model, mode), _find_covariance(mode)
-    if is_pair:
+    if is_joint:
         covariance = _correlate(grid.mass, grid.mu - mean[..., None])
     is_quadratic = ~((holds.noise[..., 1] > 0.0).any(axis=1) | (holds.errors != 0.0).any(axis=(1, 2, 3, 4)))
-    means = _restrict(mean, sd, covariance, expansion, is_quadratic)
+    points = None if grid.log_volumes is None else (grid.mu, grid.log_volumes)
+    means = _restrict(mean, sd, covariance, expansion, is_quadratic, points)
     log_evidence = model.log_scale + (mode.point.value - 0.5 * mode.curvature.log_det)[:, 0]
     if things is None:
         return Posterior(means, None, None, log_evidence)
@@ -380,16 +386,19 @@ def compute_posterior(experience: Experience) -> Posterior:
     own_center = point.mu[:, 0][at] * e + np.matvec(slopes, expansion.mean - point.mu[:, 0])
     own_mean, own_sd = np.where(used, own_mean, 1.0), np.where(used, own_sd, 1.0)
     own_expansion = Normals(own_center, slopes @ expansion.covariance @ slopes.mT + alone)
-    if is_pair:
+    if is_joint:
         spread = alone + _correlate(mass, np.where(used[..., None], own - own_mean[..., None], 0.0))
     else:
         spread = alone + slopes @ covariance @ slopes.mT
-    own_normals = _restrict(own_mean, own_sd, spread, own_expansion, is_quadratic[rows])
+    if points is not None:  # densities of an object of all three materials are near their means
+        has_all = (np.sort(own_kinds, axis=1) == np.arange(M)).all() if own_kinds.shape[1] == M else False
+        points = (mu, points[1][rows]) if has_all else None
+    own_normals = _restrict(own_mean, own_sd, spread, own_expansion, is_quadratic[rows], points)
     given_means = GivenMeans(own_center - np.matvec(slopes, expansion.mean), slopes, alone)
     return Posterior(means, own_normals, given_means, log_evidence)
 
 
-def _split(experience: Experience, patterns: Mask) -> Posterior:
+def _split(experience: Experience, patterns: NDArray[Any]) -> Posterior:
     """Computes posteriors in groups of observers with equal patterns.
 
     No observer's result then depends on the others.
@@ -501,6 +510,8 @@ class _Grid(NamedTuple):
     mu: Array  # densities, (B, M, n)
     d: Array  # deviations at the conditional modes, (B, M, n, T, C)
     variance: Array  # their variances given the score, (B, M, n, T, C)
+    # Logs of the volumes of three densities that the points stand for, (B, n); None for other numbers of densities.
+    log_volumes: Array | None = None
 
 
 def _tabulate(model: _Model, mode: _Mode) -> _Grid:
@@ -522,42 +533,76 @@ def _tabulate(model: _Model, mode: _Mode) -> _Grid:
     return _interpolate(model, mode, log_p, found.d.reshape(shape), variance.reshape(shape))
 
 
-def _tabulate_pair(model: _Model, mode: _Mode) -> _Grid:
-    """Computes the joint distribution of two scores on a grid.
+def _tabulate_joint(model: _Model, mode: _Mode) -> _Grid:
+    """Computes the joint distribution of two or three scores on a grid.
 
-    Nodes of the first score, the wider one, lie about its mode; those of the second about its mode given the first.
+    Nodes of the first score, the widest one, lie about its mode; nodes of each further score about its mode given the
+    scores before, the widest one next.
     """
-    B, n, m, (T, C) = len(mode.z), len(_RIDGE_NODES), len(_NODES), mode.d.shape[2:]
-    inverse, rows = mode.curvature.inverse[:, 0], np.arange(B)
-    first = np.diagonal(inverse, axis1=1, axis2=2).argmax(axis=1)
-    is_first = np.eye(2)[first][:, None]  # (B, 1, 2)
-    dz = (inverse[rows, first] / np.sqrt(inverse[rows, first, first])[:, None])[:, None] * _RIDGE_NODES[:, None]
-    z, dd = np.maximum(mode.z + dz, _LEAST_SCORE), -(mode.curvature.DC @ dz[:, :, None, :, None])[..., 0]
-    ridge = _climb(model, z, mode.d + dd, np.broadcast_to(is_first, z.shape), _SETTLED_NODE)
-    width = np.sqrt(ridge.curvature.inverse[rows, :, 1 - first, 1 - first])[..., None]  # SD of the second, (B, n, 1)
-    dz = (width * _NODES)[..., None] * (1.0 - is_first[:, None])  # (B, n, m, 2)
-    z = np.maximum(ridge.z[:, :, None] + dz, _LEAST_SCORE).reshape(B, n * m, 2)
-    dd = -(ridge.curvature.DC[:, :, None] @ dz[:, :, :, None, :, None])[..., 0]
-    d = (ridge.d[:, :, None] + dd).reshape(B, n * m, T, C)
+    (B, _, M), (T, C) = mode.z.shape, mode.d.shape[2:]
+    nodes = [_RIDGE_NODES] * (M - 1) + [_NODES]
+    splines = [_build_spline(*each, step=2) for each in nodes]
+    shape: tuple[int, ...] = (B,)
+    here, fixed, centres, log_widths, units = mode, np.zeros((B, 1, M)), [], [], []
+    for level, each in enumerate(nodes):
+        inverse, n = here.curvature.inverse, here.z.shape[1]  # without the scores before
+        widest = np.diagonal(inverse[:, n // 2], axis1=1, axis2=2).argmax(axis=1)  # at the middle node
+        unit = np.eye(M)[widest][:, None]
+        column = np.matvec(inverse, unit)
+        width = np.sqrt((column * unit).sum(axis=-1, keepdims=True))
+        centres.append((here.z * unit).sum(axis=-1).reshape(*shape, 1))
+        log_widths.append(np.log(width).reshape(*shape, 1))
+        units.append(unit)
+        dz = ((column / width)[:, :, None] * each[:, None]).reshape(B, -1, M)
+        z = np.maximum(np.repeat(here.z, len(each), axis=1) + dz, _LEAST_SCORE)
+        DC = np.repeat(here.curvature.DC, len(each), axis=1)
+        d = np.repeat(here.d, len(each), axis=1) - (DC @ dz[:, :, None, :, None])[..., 0]
+        fixed, shape = fixed + unit, (*shape, len(each))
+        if level < M - 1:
+            here = _climb(model, z, d, np.broadcast_to(fixed, z.shape), _SETTLED_NODE)
     point, curvature = _look(model, z, d, np.ones(z.shape))  # deviations follow by one Newton step
-    (along, close), (across, close_across) = _build_spline(*_RIDGE_NODES, step=2), _build_spline(*_NODES, step=2)
-    log_p = (point.value + 0.5 * (curvature.gain - curvature.log_det)).reshape(B, n, m)
-    log_width = close @ np.log(width)  # (B, points, 1)
-    # Beyond the nodes of both scores along a plane: twisted lines could rise again.
-    log_p = along @ log_p @ close_across.T + close @ log_p @ (across - close_across).T + log_width
-    mass = np.exp(log_p - log_p.max(axis=(1, 2), keepdims=True)).reshape(B, 1, -1)
+    log_p = point.value + 0.5 * (curvature.gain - curvature.log_det)
+    log_p = _extend(log_p.reshape(*shape, 1), splines)[..., 0]
+    scores, sum_of_widths = np.zeros((*log_p.shape, M)), np.zeros(log_p.shape)
+    points = _POINTS[::2]
+    for level, (centre, log_width, unit) in enumerate(zip(centres, log_widths, units, strict=True)):
+        log_width = _apply(log_width, [closest for _, closest in splines[:level]])
+        of_level = _extend(centre, splines[:level]) + np.exp(log_width) * points
+        rest = (1,) * (M - 1 - level)
+        sum_of_widths += log_width.reshape(*log_width.shape, *rest)
+        scores += of_level.reshape(*of_level.shape, *rest, 1) * unit.reshape(B, *[1] * M, M)
+    log_p = (log_p + sum_of_widths).reshape(B, 1, -1)
+    mass = np.exp(log_p - log_p.max(axis=-1, keepdims=True))
     mass /= mass.sum(axis=-1, keepdims=True)
-    z = (along @ ridge.z)[:, :, None] + (np.exp(log_width) * _POINTS[::2])[..., None] * (1.0 - is_first[:, None])
-    mu = np.swapaxes(model.find_densities(np.maximum(z, _LEAST_SCORE).reshape(B, -1, 2))[0], 1, 2)
+    mu, slope, _ = model.find_densities(np.maximum(scores, _LEAST_SCORE).reshape(B, -1, M))
+    log_volumes = (sum_of_widths.reshape(B, -1) + np.log(slope).sum(axis=-1)) if M > 2 else None
     D = np.diagonal(invert(point.D), axis1=-2, axis2=-1)
-    # Products of one observer each, as in ``_interpolate``.
+    at_nodes, shape = (*shape, T * C), (B, M, mass.shape[-1], T, C)
     d, variance = (
-        close_across @ (close @ each.reshape(B, n, -1)).reshape(B, len(close), m, -1)
-        for each in (d + curvature.dd, D)
+        np.broadcast_to(_apply(each, [closest for _, closest in splines]).reshape(B, 1, -1, T, C), shape)
+        for each in ((d + curvature.dd).reshape(*at_nodes), D.reshape(*at_nodes))
     )
-    shape = (B, 2, mass.shape[-1], T, C)
-    d, variance = (np.broadcast_to(each.reshape(B, 1, -1, T, C), shape) for each in (d, variance))
-    return _Grid(np.broadcast_to(mass, shape[:3]), mu, d, variance)
+    return _Grid(np.broadcast_to(mass, shape[:3]), mu.mT, d, variance, log_volumes)
+
+
+def _apply(values: Array, matrices: Sequence[Array]) -> Array:
+    """Multiplies axes 1, 2, ... of values by matrices, (B, n, ..., k) to (B, points, ..., k)."""
+    for axis, matrix in enumerate(matrices, start=1):
+        # Products of one observer each, as in ``_interpolate``.
+        values = np.moveaxis(matrix @ np.moveaxis(values, axis, -2), -2, axis)
+    return values
+
+
+def _extend(values: Array, splines: Sequence[tuple[Array, Array]]) -> Array:
+    """Interpolates values at nodes of several axes. Beyond the nodes they continue along a plane.
+
+    Twisted lines could rise again.
+    """
+    closest = [each for _, each in splines]
+    found = _apply(values, closest)
+    for axis, (extended, inside) in enumerate(splines):
+        found = found + _apply(values, [*closest[:axis], extended - inside, *closest[axis + 1 :]])
+    return found
 
 
 def _correlate(mass: Array, offsets: Array) -> Array:
@@ -620,15 +665,22 @@ def _build_spline(*nodes: float, step: int = 1) -> tuple[Array, Array]:
     return constant + spline(inside, 1) * (points - inside)[:, None], constant
 
 
-def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals, is_quadratic: Mask) -> Normals:
+def _restrict(
+    mean: Array,
+    sd: Array,
+    covariance: Array,
+    expansion: Normals,
+    is_quadratic: Mask,
+    points: tuple[Array, Array] | None = None,
+) -> Normals:
     """Builds normals whose means and SDs, (B, M), apply after restriction to positive densities.
 
-    The correlations after restriction are those of ``covariance``, (B, M, M): exactly for two densities. For more,
-    the bound of each density is taken for a normal factor that gives its moments, as in expectation propagation
+    The correlations after restriction are those of ``covariance``, (B, M, M): exactly for two or three densities. For
+    more, the bound of each density is taken for a normal factor that gives its moments, as in expectation propagation
     (Minka 2001): exact for densities that do not covary. The expansion replaces it where the log likelihood is
-    quadratic, (B,), and for three or more densities where two bounds cut off both ends of an undetermined direction.
+    quadratic, (B,), and for more densities where two bounds cut off both ends of an undetermined direction.
     """
-    size, unit = mean.shape[1], np.eye(mean.shape[1])
+    unit = np.eye(mean.shape[1])
     center, scale = find_untruncated(mean, sd)
     sds = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
     correlation = covariance / (sds[..., None] * sds[:, None])
@@ -638,15 +690,15 @@ def _restrict(mean: Array, sd: Array, covariance: Array, expansion: Normals, is_
     information = np.matvec(inverse, mean / sd) - mean / sd + center * sd / scale**2
     related = np.abs(correlation - unit)
     is_cut = ((mean < _FREE * sd)[..., None] & (related > _RELATED)).any(axis=(1, 2))
+    is_ridge = mean < _CUT * sd
     is_open = (is_quadratic & is_cut) | (np.linalg.eigvalsh(precision)[:, 0] < _LEAST_PRECISION)
-    if size > 2:
-        is_ridge = mean < _CUT * sd
-        is_open |= (is_ridge[..., None] & is_ridge[:, None] & (related > _RIDGE)).any(axis=(1, 2))
+    is_open |= (is_ridge[..., None] & is_ridge[:, None] & (related > _RIDGE)).any(axis=(1, 2))
     matched = invert(np.where(is_open[:, None, None], unit, precision))
     center = np.where(is_open[:, None], expansion.mean, sd * np.matvec(matched, information))
     matched = np.where(is_open[:, None, None], expansion.covariance, sd[..., None] * matched * sd[:, None])
-    if size == 2:
-        rows = np.flatnonzero(is_cut & ~is_quadratic)
-        moments = mean[rows], sd[rows], correlation[rows, 0, 1]
-        center[rows], matched[rows] = find_untruncated_pair(*moments, center[rows], matched[rows])
+    rows = np.flatnonzero(is_cut & ~is_quadratic)
+    if len(rows) and (mean.shape[1] == 2 or points is not None):
+        moments = mean[rows], sd[rows], correlation[rows]
+        there = None if points is None else (points[0][rows], points[1][rows])
+        center[rows], matched[rows] = find_untruncated_joint(*moments, center[rows], matched[rows], there)
     return Normals(center, matched)

@@ -1,5 +1,7 @@
 """Finds a normal distribution from its moments after restriction to positive values."""
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.special import log_ndtr
 
@@ -11,13 +13,14 @@ _UNRESTRICTED = 9.0
 # Least ratio of mean and SD that is represented; an exponential distribution has 1.
 _LEAST_RATIO = 1.002
 _STEPS = 60
-# Of two values: powers of both and their factors in the log density; nodes along the first value, which reach so many
-# SDs below and above its mean; Newton's steps and their halvings at most, and the gain that ends them.
-_POWERS, _FACTORS = np.array([(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]), np.array([1.0, 1.0, -0.5, -1.0, -0.5])
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(96)
-_REACH = 9.0, 16.0
+# Of several values: Newton's steps and their halvings at most, and the gain that ends them.
 _NEWTON_STEPS, _HALVINGS, _SETTLED = 30, 12, 1e-14
 _LEAST_PRECISION = 1e-4  # in units of the SDs after restriction
+# Of two values: powers of both in the log density, and nodes along the first value, which reach so many SDs below and
+# above its mean.
+_POWERS = np.array([(1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]).T
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(96)
+_REACH = 9.0, 16.0
 
 
 def _compute_moments(mean: Array) -> tuple[Array, Array]:
@@ -46,41 +49,69 @@ def find_untruncated(mean: Array, sd: Array) -> tuple[Array, Array]:
     return center, scale
 
 
-def find_untruncated_pair(
-    mean: Array, sd: Array, correlation: Array, center: Array, covariance: Array
+def find_untruncated_joint(
+    mean: Array,
+    sd: Array,
+    correlation: Array,
+    center: Array,
+    covariance: Array,
+    points: tuple[Array, Array] | None = None,
 ) -> tuple[Array, Array]:
-    """Finds normal distributions of two values with given moments after restriction.
+    """Finds normal distributions of several values with given moments after restriction.
 
     Restricted normals are an exponential family. Newton's method minimises their Kullback-Leibler divergence from a
     distribution with these moments, which is convex. Where no normal has the moments, the closest one is found.
 
     Args:
-        mean: Means after restriction, (B, 2).
-        sd: SDs after restriction, (B, 2).
-        correlation: Correlations after restriction, (B,).
-        center: Unrestricted means to start with, (B, 2).
-        covariance: Unrestricted covariances to start with, (B, 2, 2), positive definite.
+        mean: Means after restriction, (B, M).
+        sd: SDs after restriction, (B, M).
+        correlation: Correlations after restriction, (B, M, M).
+        center: Unrestricted means to start with, (B, M).
+        covariance: Unrestricted covariances to start with, (B, M, M), positive definite.
+        points: Points that integrate over the values, (B, M, N), with the logs of their volumes, (B, N). Two values
+            need none: nodes integrate over the first, and the integral over the second has a closed form.
 
     Returns:
-        Unrestricted means, (B, 2), and covariances, (B, 2, 2).
+        Unrestricted means, (B, M), and covariances, (B, M, M).
     """
-    ratio = mean / sd
-    low = np.maximum(ratio[:, :1] - _REACH[0], 0.0)
-    half = 0.5 * (ratio[:, :1] + _REACH[1] - low)
-    rule = low + half * (_NODES + 1.0), np.log(half * _WEIGHTS)
-    products = ratio[:, 0] * ratio[:, 1] + correlation
-    target = _FACTORS * np.stack([*ratio.T, ratio[:, 0] ** 2 + 1.0, products, ratio[:, 1] ** 2 + 1.0], axis=1)
+    M, ratio = mean.shape[1], mean / sd
+    i, j = np.triu_indices(M)
+    # Log density: theta times (x_i, and -x_i x_j for i < j, -x_i^2 / 2), in units of the SDs.
+    factors = np.concatenate([np.ones(M), np.where(i == j, -0.5, -1.0)])
+    target = factors * np.concatenate([ratio, ratio[:, i] * ratio[:, j] + correlation[:, i, j]], axis=1)
     P = np.linalg.inv(covariance / (sd[..., None] * sd[:, None]))
-    theta = np.concatenate([np.matvec(P, center / sd), P[:, [0, 0, 1], [0, 1, 1]]], axis=1)
-    divergence, gradient, hessian = _diverge(theta, target, *rule)
+    theta = np.concatenate([np.matvec(P, center / sd), P[:, i, j]], axis=1)
+    if points is None:
+        low = np.maximum(ratio[:, :1] - _REACH[0], 0.0)
+        half = 0.5 * (ratio[:, :1] + _REACH[1] - low)
+        rule = low + half * (_NODES + 1.0), np.log(half * _WEIGHTS)
+        theta = _climb(theta, M, lambda theta: _diverge_pair(theta, target, factors, *rule))
+    else:
+        x = points[0] / sd[..., None]
+        features = factors[:, None] * np.concatenate([x, x[:, i] * x[:, j]], axis=1)
+        theta = _climb(theta, M, lambda theta: _diverge(theta, target, features, points[1]))
+    P = np.linalg.inv(_unpack(theta, M))
+    return sd * np.matvec(P, theta[:, :M]), sd[..., None] * P * sd[:, None]
+
+
+def _unpack(theta: Array, M: int) -> Array:
+    """Builds precisions, (B, M, M), from the coefficients of log densities."""
+    P = np.zeros((len(theta), M, M))
+    i, j = np.triu_indices(M)
+    P[:, i, j] = P[:, j, i] = theta[:, M:]
+    return P
+
+
+def _climb(theta: Array, M: int, diverge: Callable[[Array], tuple[Array, Array, Array]]) -> Array:
+    """Minimises a divergence over the coefficients of log densities by Newton's method with shortened steps."""
+    value, gradient, hessian = diverge(theta)
     for _ in range(_NEWTON_STEPS):
         step = np.linalg.solve(hessian, -gradient[..., None])[..., 0]
         step[(gradient * step).sum(axis=1) > -_SETTLED] = 0.0
         for _ in range(_HALVINGS):
-            _, _, a, b, c = (theta + step).T
-            is_normal = a + c - np.hypot(a - c, 2.0 * b) > 2.0 * _LEAST_PRECISION  # the smaller eigenvalue
-            found = _diverge(np.where(is_normal[:, None], theta + step, theta), target, *rule)[0]
-            is_worse = ~(is_normal & (found <= divergence + 1e-12 * np.abs(divergence)))
+            is_normal = np.linalg.eigvalsh(_unpack(theta + step, M))[:, 0] > _LEAST_PRECISION
+            found = diverge(np.where(is_normal[:, None], theta + step, theta))[0]
+            is_worse = ~(is_normal & (found <= value + 1e-12 * np.abs(value)))
             if not is_worse.any():
                 break
             step[is_worse] *= 0.5
@@ -88,17 +119,24 @@ def find_untruncated_pair(
         if not step.any():
             break
         theta = theta + step
-        divergence, gradient, hessian = _diverge(theta, target, *rule)
-    P = np.linalg.inv(theta[:, [[2, 3], [3, 4]]])
-    return sd * np.matvec(P, theta[:, :2]), sd[..., None] * P * sd[:, None]
+        value, gradient, hessian = diverge(theta)
+    return theta
 
 
-def _diverge(theta: Array, target: Array, x: Array, log_w: Array) -> tuple[Array, Array, Array]:
-    """Computes the divergence of restricted normals up to a constant, with two derivatives.
+def _diverge(theta: Array, target: Array, features: Array, log_w: Array) -> tuple[Array, Array, Array]:
+    """Computes the divergence of restricted normals up to a constant, with two derivatives, by sums over points."""
+    log_p = np.vecmat(theta, features) + log_w
+    top = log_p.max(axis=1, keepdims=True)
+    p = np.exp(log_p - top)
+    total = p.sum(axis=1, keepdims=True)
+    p /= total
+    found = np.matvec(features, p)
+    second = (features * p[:, None]) @ features.mT - found[..., None] * found[:, None]
+    return (top + np.log(total))[:, 0] - (theta * target).sum(axis=1), found - target, second
 
-    The log density is theta times (x, y, -x^2 / 2, -x y, -y^2 / 2). Nodes integrate over x, (B, n); the integral over
-    y has a closed form.
-    """
+
+def _diverge_pair(theta: Array, target: Array, factors: Array, x: Array, log_w: Array) -> tuple[Array, Array, Array]:
+    """Computes the same for two values x and y. Nodes integrate over x, (B, n); over y there is a closed form."""
     h, k, a, b, c = (each[:, None] for each in theta.T)
     s = 1.0 / np.sqrt(c)
     t = (k - b * x) * s
@@ -111,8 +149,7 @@ def _diverge(theta: Array, target: Array, x: Array, log_w: Array) -> tuple[Array
         moments.append(s * t * moments[-1] + power * s**2 * moments[-2])
     of_x = (p / total)[:, None] * x[:, None] ** np.arange(5.0)[:, None]  # (B, 5, n)
     means = of_x @ np.stack(moments, axis=2)  # of x^i y^j, (B, 5, 5)
-    (i, j), signs = _POWERS.T, _FACTORS * _FACTORS[:, None]
-    found = _FACTORS * means[:, i, j]
-    second = signs * means[:, i + i[:, None], j + j[:, None]] - found[..., None] * found[:, None]
-    divergence = (top + np.log(total))[:, 0] - (theta * target).sum(axis=1)
-    return divergence, found - target, second
+    i, j = _POWERS
+    found = factors * means[:, i, j]
+    second = factors * factors[:, None] * means[:, i + i[:, None], j + j[:, None]] - found[..., None] * found[:, None]
+    return (top + np.log(total))[:, 0] - (theta * target).sum(axis=1), found - target, second

@@ -53,7 +53,7 @@ def describe_diagram(diagram: Diagram) -> str:
     ]
     for number, (group, (fill, _)) in enumerate(_GROUPS.items()):
         # Names stand where no connection crosses them.
-        side, height = {"World": "lb", "Proprioceptive system": "rb"}.get(group, "lt")
+        side, height = {"World": ("l", "b"), "Proprioceptive system": ("r", "b")}.get(group, ("l", "t"))
         lines += [
             f"  subgraph cluster_{number} {{",
             f"    label=<<B>{group}</B>>; labeljust={side}; labelloc={height}; fontsize=12;",
