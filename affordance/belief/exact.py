@@ -361,7 +361,7 @@ def compute_posterior(experience: Experience) -> Posterior:
     if is_joint:
         covariance = _correlate(grid.mass, grid.mu - mean[..., None])
     is_quadratic = ~((holds.noise[..., 1] > 0.0).any(axis=1) | (holds.errors != 0.0).any(axis=(1, 2, 3, 4)))
-    points = None if grid.log_volumes is None else (grid.mu, grid.log_volumes)
+    points = None if grid.log_volumes is None else _Points(grid.mu, grid.log_volumes, np.ones(B, dtype=bool))
     means = _restrict(mean, sd, covariance, expansion, is_quadratic, points)
     log_evidence = model.log_scale + (mode.point.value - 0.5 * mode.curvature.log_det)[:, 0]
     if things is None:
@@ -391,8 +391,9 @@ def compute_posterior(experience: Experience) -> Posterior:
     else:
         spread = alone + slopes @ covariance @ slopes.mT
     if points is not None:  # densities of an object of all three materials are near their means
-        has_all = (np.sort(own_kinds, axis=1) == np.arange(M)).all() if own_kinds.shape[1] == M else False
-        points = (mu, points[1][rows]) if has_all else None
+        order = np.sort(np.where(used, own_kinds, -1), axis=1)
+        has_all = (order == np.arange(M)).all(axis=1) if M == C else np.zeros(len(rows), dtype=bool)
+        points = _Points(mu, points.log_volumes[rows], has_all)
     own_normals = _restrict(own_mean, own_sd, spread, own_expansion, is_quadratic[rows], points)
     given_means = GivenMeans(own_center - np.matvec(slopes, expansion.mean), slopes, alone)
     return Posterior(means, own_normals, given_means, log_evidence)
@@ -501,6 +502,14 @@ def _expand(model: _Model, mode: _Mode) -> Normals:
     covariance = np.where(is_concave[:, None, None], inverse, flat)
     shift = np.where(is_concave[:, None], np.matvec(covariance, gradient[:, 0]), 0.0)
     return Normals(point.mu[:, 0] + shift, covariance)
+
+
+class _Points(NamedTuple):
+    """Points that integrate over three densities."""
+
+    mu: Array  # (B, 3, n), [kg/m^3]
+    log_volumes: Array  # logs of the volumes that they stand for, (B, n)
+    is_valid: Mask  # false for observers whose densities they do not describe, (B,)
 
 
 class _Grid(NamedTuple):
@@ -671,7 +680,7 @@ def _restrict(
     covariance: Array,
     expansion: Normals,
     is_quadratic: Mask,
-    points: tuple[Array, Array] | None = None,
+    points: _Points | None = None,
 ) -> Normals:
     """Builds normals whose means and SDs, (B, M), apply after restriction to positive densities.
 
@@ -696,9 +705,17 @@ def _restrict(
     matched = invert(np.where(is_open[:, None, None], unit, precision))
     center = np.where(is_open[:, None], expansion.mean, sd * np.matvec(matched, information))
     matched = np.where(is_open[:, None, None], expansion.covariance, sd[..., None] * matched * sd[:, None])
-    rows = np.flatnonzero(is_cut & ~is_quadratic)
-    if len(rows) and (mean.shape[1] == 2 or points is not None):
-        moments = mean[rows], sd[rows], correlation[rows]
-        there = None if points is None else (points[0][rows], points[1][rows])
-        center[rows], matched[rows] = find_untruncated_joint(*moments, center[rows], matched[rows], there)
+    involved = (related > _RELATED).any(axis=2) & (is_cut & ~is_quadratic)[:, None]
+    for pattern in np.unique(involved, axis=0):
+        rows, columns = np.flatnonzero((involved == pattern).all(axis=1)), np.flatnonzero(pattern)
+        there = None
+        if len(columns) > 2:
+            if points is None or len(columns) < mean.shape[1]:
+                continue
+            rows = rows[points.is_valid[rows]]
+            there = points.mu[rows], points.log_volumes[rows]
+        if len(rows) and len(columns):
+            at, block = (rows[:, None], columns), (rows[:, None, None], columns[:, None], columns)
+            found = find_untruncated_joint(mean[at], sd[at], correlation[block], center[at], matched[block], there)
+            center[at], matched[block] = found
     return Normals(center, matched)

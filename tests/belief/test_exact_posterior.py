@@ -26,6 +26,12 @@ CASES = {
     "three colours lighter by 2 in the second of two": reference.build_case(
         [[8000, 700, 2700], [4000, 350, 1350]], 3
     ),
+    "a colour that two objects of two colours share": (
+        reference.build_case([[8000, 700], [4000, 2000]], 2)[0],
+        [(0, 1), (1, 2)],
+        reference.Model(),
+    ),
+    "three colours and two of them": reference.build_case([[8000, 700, 2700], [4000, 350]], 3),
     "light and heavy colour": reference.build_case([[100, 9000]], 1),
     **{f"four lengths, {n} x": reference.build_case(**LENGTHS, num_holds=n) for n in (1, 6)},
     "four lengths, errors of geometry": reference.build_case(**LENGTHS, num_holds=6, error=0.05, shared=True),
