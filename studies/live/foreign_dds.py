@@ -66,7 +66,7 @@ def main(file: str, topic: str, domain: str, arm: str, script: str, seed: str) -
     for i, each in enumerate(samples):
         time.sleep(max(0.0, start + each.time - time.time()))
         stamp = round(1e9 * (start + each.time))
-        header = _Header(_Time(stamp // 10**9, stamp % 10**9), "")
+        header = _Header(_Time(stamp // 1_000_000_000, stamp % 1_000_000_000), "")
         writer.write(message(header, names, *(list(map(float, x[::-1])) for x in (each.q, each.v, each.signal))))
         if i % 10 == 0:
             writer.write(message(header, ["finger"], [0.01], [0.0], [0.0]))
