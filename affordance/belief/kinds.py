@@ -109,19 +109,11 @@ def infer_kinds(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]
     prior = Normals(state["kind_mean"], sd[..., None] ** 2 * np.eye(sd.shape[1]))
     kinds = state["specimen_kind"]
     of_things = np.maximum(kinds - 1, 0), kinds > 0, state["deviation"]
-    experience = Experience(prior, Holds.of(state), *of_things, specimens)
-    # Particles of several values of kappa often have felt and decided the same.
-    arrays = (prior.mean, prior.covariance, *of_things, specimens, *experience.holds)
-    keys = np.concatenate([each.reshape(len(things), -1) for each in arrays], axis=1)
-    first: dict[bytes, int] = {}
-    same = np.array([first.setdefault(key.tobytes(), row) for row, key in enumerate(keys)], dtype=np.intp)
-    chosen, places = np.unique(same, return_inverse=True)
-    found = compute_posterior(experience.take(chosen) if len(chosen) < len(things) else experience)
-    assert found.own is not None
-    means, own = found.means.take(places), found.own.take(places)
+    found = compute_posterior(Experience(prior, Holds.of(state), *of_things, specimens))
     both = is_kind[:, :, None] & is_kind[:, None, :]
-    covariance = np.where(both, means.covariance, 0.0)
-    return {**state, "mean": np.where(is_kind, means.mean, 0.0), "covariance": covariance}, own
+    covariance = np.where(both, found.means.covariance, 0.0)
+    assert found.own is not None
+    return {**state, "mean": np.where(is_kind, found.means.mean, 0.0), "covariance": covariance}, found.own
 
 
 def infer_kind(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:

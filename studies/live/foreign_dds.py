@@ -26,6 +26,8 @@ from cyclonedds.util import duration
 _PATIENCE = 120.0  # time in which a reader must come, [s]
 
 
+# The message types are written from the definitions of ROS, not shared with the reader, so that a wrong field of the
+# reader fails.
 @dataclass
 class _Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
     sec: int32
