@@ -13,12 +13,12 @@ from affordance.files.constraints import Length, Name, Vector, Whole, Within
 from affordance.files.data_model import DataModel
 from affordance.objects.tool import CAD_PLACE_SD, CAD_VOLUME_SD
 
-# Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre; other values are
-# mistakes in units, [m].
+# Bounds of lengths of hand-held objects, from a tenth of a millimetre to a metre, [m]. Values outside them are
+# mistakes in units.
 SIZE_MIN, SIZE_MAX = 1e-4, 1.0
-# Bounds of the errors of a part's form. With a larger error of its volume, errors to first order mean nothing.
+# Bounds of the errors of a part's form. For larger errors of volume, a first-order model is not valid.
 VOLUME_SD_MAX, PLACE_SD_MAX = 0.6, 0.1
-# Bounds of weighed masses, from a milligram to ten tons; tools beyond them violate other bounds anyway, [kg].
+# Bounds of weighed masses, from a milligram to ten tons, [kg]. A tool outside them also violates other bounds.
 MASS_MIN, MASS_MAX = 1e-6, 1e4
 
 
@@ -46,7 +46,10 @@ class PoseEntry(DataModel):
 
 
 class ComponentEntry(DataModel):
-    """Solid part of a tool, or parts of a mesh, in a file. The reader checks combinations of keys."""
+    """Solid part of a tool, or several parts from a mesh, in a file.
+
+    The reader of tools files checks combinations of keys.
+    """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"density": "a density belongs to a material, in materials.yaml"}
 
@@ -121,10 +124,7 @@ class ToolEntry(DataModel):
 
 
 def build_pose(position: ArrayLike, rpy_deg: tuple[float, float, float] | None = None) -> Array:
-    """Builds a pose, (4, 4), from a position, (3,), [m], and optional angles.
-
-    The angles are roll, pitch and yaw, [deg].
-    """
+    """Builds a pose, (4, 4), from a position, (3,), [m], and optional roll, pitch and yaw, [deg]."""
     X = np.eye(4)
     X[:3, 3] = position
     if rpy_deg is not None:
