@@ -151,7 +151,7 @@ def describe_expectations(
 ) -> list[str]:
     """Formats expected masses, centres of mass and moments of inertia as a table.
 
-    Moments are about the centre of mass. The axes are the axes of the object frame.
+    Moments are about the centre of mass; all axes are parallel to the object frame.
 
     Args:
         content: Content from ``build_expectations``.
