@@ -365,7 +365,7 @@ class Ledger:
 
     @contextmanager
     def blame(self, key: str = "") -> Iterator[None]:
-        """Converts numerical errors, which arise from contradictory evidence, to a BadValueError with memory and key."""
+        """Converts numerical errors due to contradictory evidence to a BadValueError with memory and key."""
         try:
             with np.errstate(over="raise", divide="raise", invalid="raise"):
                 yield
