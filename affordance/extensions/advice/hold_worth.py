@@ -5,14 +5,14 @@ The worth of a hold is its expected value of sample information. With cost c_i o
     worth = min_i E[c_i] - E_y[min_i E[c_i | y]]
 
 One measurement is simulated for each sample of the belief, and E[c_i | y] is estimated by regressing the costs on the
-measurements (Strong, Oakley, Brennan & Breeze 2015, Medical Decision Making 35:570). The regressors are polynomials in
-the whitened measurement. Cross-validation keeps noise between nearly equal options from counting as worth: an option
-is chosen with a fit to all other folds and priced in the fold that was left out. A poor fit can therefore only lower
-the worth. The closed form for normal beliefs and linear costs would be wrong for hammering, because the effective mass
-is not linear in the densities.
+measurements (Strong, Oakley, Brennan & Breeze 2015, Medical Decision Making 35:570). The regressors are polynomials
+in the whitened measurement. Cross-validation keeps noise between nearly equal options from counting as worth: an
+option is chosen with a fit to all other folds and priced in the fold that was left out. A poor fit can therefore only
+lower the worth. The closed form for normal beliefs and linear costs would be wrong for hammering, because the
+effective mass is not linear in the densities.
 
-Holding two objects can be worth more than the sum of their separate worths. Pairs and sequences of holds are therefore
-evaluated too.
+Holding two objects can be worth more than the sum of their separate worths. Pairs and sequences of holds are
+therefore evaluated too.
 """
 
 import itertools
@@ -134,7 +134,8 @@ def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, r
         sd: Standard deviations of the sampled mean densities, (M,), [kg/m^3].
         rng: Random generator.
 
-    Returns: Projected measurements with unit noise variance, (S, r); r is at most the number of the object's materials.
+    Returns: Projected measurements with unit noise variance, (S, r); r is at most the number of the object's
+        materials.
     """
     load = hold.compute_load(static)
     total = static.tau_arm + load

@@ -47,8 +47,8 @@ def know_by_name(
     """Sets the prior of the tools' materials to handbook densities.
 
     The material of a part is its apparent material if the handbook has it, otherwise its true material. Evidence in
-    the memory is kept. If several materials share a colour, the prior has the moments of their mixture. If the learner
-    has several kinds per colour, the memory does not change.
+    the memory is kept. If several materials share a colour, the prior has the moments of their mixture. If the
+    learner has several kinds per colour, the memory does not change.
 
     Args:
         memory: Belief about materials.

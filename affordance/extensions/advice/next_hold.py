@@ -195,9 +195,9 @@ def advise_hold(
 ) -> HoldAdvice:
     """Recommends the object whose hold improves the choice of tools most.
 
-    Each candidate is assumed to be held still in the home posture with its first grip or, without grips, at the origin
-    of its frame. All candidates are compared with the same samples and random numbers. A candidate that the arm can
-    hardly hold has zero worth.
+    Each candidate is assumed to be held still in the home posture with its first grip or, without grips, at the
+    origin of its frame. All candidates are compared with the same samples and random numbers. A candidate that the
+    arm can hardly hold has zero worth.
 
     Args:
         candidates: Objects that could be held, at least one.

@@ -26,8 +26,8 @@ def measure_payload(task: TaskCostModel, mass: float, p_HQ: Array, settings: Set
         p_HQ: Position of the payload in the hand frame, (3,), [m].
         settings: Settings of the arm.
 
-    Returns: Largest torque, limit and remaining margin of each joint, [N m]; largest force, [N], and moment, [N m], at
-        the grip. Margins are negative if a limit is exceeded, and NaN for joints without a limit.
+    Returns: Largest torque, limit and remaining margin of each joint, [N m]; largest force, [N], and moment, [N m],
+        at the grip. Margins are negative if a limit is exceeded, and NaN for joints without a limit.
 
     Raises:
         BadValueError: The task cannot be planned with this payload.

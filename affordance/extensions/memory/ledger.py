@@ -317,8 +317,8 @@ class Ledger:
     def join(self, pairs: Sequence[tuple[Colour, Colour]]) -> None:
         """Declares pairs of colours to be equal, because two cameras see them differently.
 
-        Earlier declarations are replaced. Records do not change: ``recall`` replaces the second colour of each pair by
-        the first. Declarations are not copied to other memories, which may come from another camera.
+        Earlier declarations are replaced. Records do not change: ``recall`` replaces the second colour of each pair
+        by the first. Declarations are not copied to other memories, which may come from another camera.
 
         Raises:
             BadValueError: The colours of a pair are already equal, or no part in the memory has the second colour.

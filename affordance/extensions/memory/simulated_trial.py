@@ -50,12 +50,13 @@ def describe_trial(record: TrialRecord) -> TrialEvidence | None:
 def remember_in(setup: "Setup", place: Path | str) -> "Setup":
     """Returns the setup of an observer that starts with a persistent memory and adds new trials to it.
 
-    The number of stored trials is added to the seed, modulo the number of seeds, so that no measurement error is drawn
-    twice. Do not change the settings afterwards: the learner's belief depends on them.
+    The number of stored trials is added to the seed, modulo the number of seeds, so that no measurement error is
+    drawn twice. Do not change the settings afterwards: the learner's belief depends on them.
 
     Args:
         setup: Setup of a run of one observer.
-        place: Path of the SQLite file. If it does not exist, the memory is empty and the first trial creates the file.
+        place: Path of the SQLite file. If it does not exist, the memory is empty and the first trial creates the
+            file.
 
     Raises:
         BadValueError: There are several observers, the file cannot be read, or a record is invalid.

@@ -94,8 +94,8 @@ FELT_MODELS: Mapping[str, type[FeltModel]] = {
     "white": WhiteNoise,
     "payload": PayloadQuadratic,
 }
-# Largest magnitude of features: torques, [N m], for "weber"; products of torques, summed over up to a thousand joints,
-# for "white"; information vector of a mass of 1e3 kg with a standard deviation of 1e-9 kg for "payload".
+# Largest magnitude of features: torques, [N m], for "weber"; products of torques, summed over up to a thousand
+# joints, for "white"; information vector of a mass of 1e3 kg with a standard deviation of 1e-9 kg for "payload".
 _FEATURE_MAX = {"weber": 1e6, "white": 1e15, "payload": 1e21}
 
 

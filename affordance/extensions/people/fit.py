@@ -175,7 +175,7 @@ class Question:
         return Courses(*map(np.concatenate, zip(*(self._kept[key] for key in keys), strict=True))), places.ravel()
 
     def _draw_courses(self, place: int, normal: Array, numbers: NDArray[np.intp]) -> Courses:
-        """Simulates particle trajectories for K parameter vectors of the learner, (K, F), and random streams, (K,)."""
+        """Simulates particle trajectories for K parameter vectors of the learner, (K, F), and random streams."""
         own = [self.free[i] for i in split_free(self.free)[0]]
         values = [each.convert(column) for each, column in zip(own, normal.T, strict=True)]
         return draw_courses(

@@ -75,8 +75,8 @@ def read_lifts(
         group: Column with the group of each participant; empty for none.
 
     Raises:
-        BadValueError: The table cannot be read, is too large, or has an invalid cell; it has several learners and none
-            was chosen; or a participant is in two groups.
+        BadValueError: The table cannot be read, is too large, or has an invalid cell; it has several learners and
+            none was chosen; or a participant is in two groups.
     """
     known = dict.fromkeys([*LIFT_COLUMNS, group] if group else LIFT_COLUMNS)
     cells = read_cells(path, known, ["object", "force", *([group] if group else [])], columns)

@@ -43,8 +43,8 @@ class LiftedObservers(NamedTuple):
     """Learned densities and lifted objects of B observers."""
 
     state: State  # state of the learner, with the same numbers of objects as here
-    # Number of the first lift of each object, (B, objects); infinite if the object was never lifted. Objects that look
-    # the same are one object.
+    # Number of the first lift of each object, (B, objects); infinite if it was never lifted. Objects that look the
+    # same are one object.
     order: Array
 
 

@@ -112,7 +112,7 @@ def _sum(parts: Array) -> Array:
 
 
 def _find_step(total: Array, most: float) -> float:
-    """Finds the largest increase in power, up to ``most``, with a sufficient effective sample size, using bisection."""
+    """Finds the largest increase in power, up to ``most``, with enough effective draws, using bisection."""
 
     def count(step: float) -> float:
         weights = np.exp(step * (total - total.max()))
