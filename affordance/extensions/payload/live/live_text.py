@@ -1,6 +1,6 @@
 """Formats the events of a stream as text, one line each.
 
-Doubts and lines of a final answer follow it.
+A final answer is followed by its doubts and by lines for the controller.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,9 +15,12 @@ _ENOUGH_RUNS = 3
 
 
 def describe_event(event: LiveEvent, flange: Flange | str, start: float) -> str:
-    """Describes an event, with times since the first sample, ``start``, [s].
+    """Formats an event, with the time since the first sample.
 
-    Lines for a controller are expressed in the flange frame; a string instead of it is the reason for its absence.
+    Args:
+        event: Event to format.
+        flange: Frame of the lines for the controller, or the reason why there is none.
+        start: Time stamp of the first sample, [s].
     """
     return "\n".join(
         f"{event.time - start:7.1f} s  {line}" if i == 0 else line

@@ -1,1 +1,1 @@
-"""Posterior of a payload: priors, fits, samples, and the belief in words."""
+"""Posterior of a payload: priors, fits, samples, and a description in words."""
