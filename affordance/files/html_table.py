@@ -1,4 +1,4 @@
-"""Builds HTML tables for notebooks, for ``_repr_html_`` of the main results."""
+"""Builds HTML tables, with which the main results are shown in notebooks (``_repr_html_``)."""
 
 from collections.abc import Sequence
 from html import escape
