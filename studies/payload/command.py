@@ -1,7 +1,7 @@
-"""``affordance study payload``: tests how far identified payloads can be trusted.
+"""``affordance study payload``: tests how accurate identified payloads and their intervals are.
 
-Without options it identifies simulated loads, whose truth is known. With ``--data`` it reads published recordings of
-others. In these a UR10e holds a weighed load, and a Panda's torques get added payloads.
+Without options, simulated loads with known truth are identified. With ``--data``, published recordings are read: a
+UR10e with a weighed load, and a Panda whose torques are combined with torques of simulated payloads.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from studies.payload.panda import study_panda
 from studies.payload.ur10e import study_ur10e
 from studies.study import Findings, Study, Work, add_only, format_table, run_kept
 
-# Robots whose signals change in the loaded run alone, by the name of the case.
+# Robots whose signals change only in the loaded run, for each case.
 _OF_CHANGES = {"panda_changes": "panda", "ur_changes": "ur"}
 
 
@@ -40,10 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the simulated loads, or reads all recordings.
-
-    A missing clone is thus reported at once.
-    """
+    """Plans the simulated loads, or reads all recordings so that a missing clone is reported at once."""
     check_whole("--injections", arguments.injections, REPEATS)
     if arguments.data is None:
         return partial(_simulate, arguments)
@@ -99,10 +96,7 @@ def _list_panda(name: str, found: Mapping[str, float]) -> list[str]:
 
 
 def _print_coverage(name: str, table: dict[str, Any]) -> None:
-    """Prints coverage at 50, 80 and 90 % for each factor's levels.
-
-    A star marks a significantly low coverage.
-    """
+    """Prints coverage at 50, 80 and 90 % for each level of each factor. A star marks a significantly low coverage."""
     print(f"{name}: {table['loads']} loads, {table['refused']} refused, {table['doubted']} doubted")
     rows = []
     for factor, levels in table["coverage"].items():
@@ -110,7 +104,7 @@ def _print_coverage(name: str, table: dict[str, Any]) -> None:
             shown = [" ".join(f"{c['share']:.2f}{'*' * c['is_low']}" for c in cells[group]) for group in GROUPS]
             number = str(cells["mass"][0]["number"])
             rows.append(["all loads" if factor == "all" else f"{factor}: {level}", number, *shown])
-    of_all = name in AT_REST  # nothing moves in them, so that the other levels say little
+    of_all = name in AT_REST  # without motion, the other levels are uninformative
     _print_table(
         [f"coverage at {', '.join(f'{s:g}' for s in SHARES)}", "loads", *GROUPS], rows[: 1 if of_all else None]
     )
@@ -124,9 +118,11 @@ def _print_coverage(name: str, table: dict[str, Any]) -> None:
 
 
 def _print_changes(name: str, doubted: Array) -> dict[str, float]:
-    """Prints the share of loads doubted for each change of signals.
+    """Prints the share of doubted loads for each change of signals in the loaded run.
 
-    Only the loaded run changes. ``doubted`` is (loads, changes); the shares are returned.
+    ``doubted`` has shape (loads, changes).
+
+    Returns: The shares.
     """
     shares = {f"{change:g}": float(share) for change, share in zip(CHANGES, doubted.mean(axis=0), strict=True)}
     rows = [[f"x {change}", f"{share:.2f}"] for change, share in shares.items()]

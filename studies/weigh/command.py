@@ -1,7 +1,4 @@
-"""``affordance study weigh``: tests the intervals of ``affordance weigh`` and of least squares.
-
-Coverage is measured.
-"""
+"""``affordance study weigh``: measures the coverage of ``affordance weigh`` and of least squares."""
 
 import argparse
 import tempfile
@@ -48,9 +45,9 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def run_table(config: WeighConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
-    """Weighs one simulated table.
+    """Weighs the load of one simulated table.
 
-    Returns errors, SDs, and True where 50 and 90 % intervals contain the truth.
+    Returns: Errors, SDs, and True if the 50 and 90 % intervals contain the truth.
     """
     simulated = simulate_poses(config.seed, repeat)
     with tempfile.TemporaryDirectory() as folder:
@@ -73,9 +70,9 @@ def run_table(config: WeighConfig, repeat: int) -> Mapping[str, NDArray[Any]]:
 
 
 def solve_least_squares(simulated: SimulatedPoses, wrench: Array, down_S: Array) -> tuple[Array, Array, Array]:
-    """Solves for mass and centre by ordinary least squares, with known axes.
+    """Estimates mass and centre of mass with ordinary least squares, with known axes.
 
-    Returns them, their SDs and degrees of freedom.
+    Returns: The estimates, their SDs, and their degrees of freedom.
     """
     g = GRAVITY * down_S
     if simulated.axes == "base":
@@ -102,7 +99,7 @@ def _simulate(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]
 
 
 def tabulate(run: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Prints and returns coverage by noise, number of poses and form."""
+    """Prints and returns coverage for each noise, number of poses and form of orientation."""
     level = run["level"]
     numbers: dict[str, Any] = {"tables": len(level)}
     numbers |= {name: float(run[name].mean()) for name in ("read_right", "doubted")}
