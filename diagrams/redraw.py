@@ -23,7 +23,7 @@ GROUPS = {
             *("plant", "belief", "objects"),
         },
     ),
-    "what they stand on": ("#e3f1e0", {"reporting", "settings", "runs", "files", "drake"}),
+    "foundations": ("#e3f1e0", {"reporting", "settings", "runs", "files", "drake"}),
 }
 
 

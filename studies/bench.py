@@ -1,7 +1,8 @@
 """Measures speed relative to other programs and to brute force: ``make bench``.
 
-Everything runs in one process with one thread. Compare ratios, because times change with the machine and its load.
-Two ways to do the same are timed in turns, so that the load affects both alike.
+Everything runs in one process with one thread, and processor time is measured. Compare ratios, because times change
+with the machine and its load. Two ways to do the same are timed in turns, so that the load affects both alike. The
+range of a ratio over these turns follows its median.
 """
 
 import os
@@ -13,6 +14,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 import pinocchio
+from numpy.typing import NDArray
 from pydrake.solvers import MathematicalProgram, OsqpSolver, SolverOptions
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.controllers import InverseDynamicsController
@@ -48,25 +50,32 @@ from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import TrialRunner
 
 SETTINGS = DEFAULT_SETTINGS
+_TURNS = 9  # turns in which holds, and choices of a grip, are timed
 # Row of the table: what is measured, what it is compared with, and the result.
 type Row = list[str]
 
 
-def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int = 1) -> list[float]:
-    """Times functions in turns.
+def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int = 1) -> Array:
+    """Times functions in turns, after one call of each.
 
-    Returns each function's median over turns of the mean time per call, [s].
+    Returns the mean processor time per call of each function in each turn, [s], shape (functions, turns).
     """
-    times: list[list[float]] = [[] for _ in calls]
     for call in calls:
         call()
-    for _ in range(turns):
-        for own, call in zip(times, calls, strict=True):
-            start = time.perf_counter()
+    times = np.empty((len(calls), turns))
+    for turn in range(turns):
+        for place, call in enumerate(calls):
+            start = time.process_time()
             for _ in range(calls_per_turn):
                 call()
-            own.append((time.perf_counter() - start) / calls_per_turn)
-    return [float(np.median(own)) for own in times]
+            times[place, turn] = (time.process_time() - start) / calls_per_turn
+    return times
+
+
+def format_turns(ratios: Array, decimals: int) -> str:
+    """Formats the median over turns with the range."""
+    middle, low, high = (f"{f(ratios):,.{decimals}f}" for f in (np.median, np.min, np.max))
+    return f"{middle} ({low} to {high})"
 
 
 def build_cpp_hold(tool: Tool, density: float) -> Callable[[], object]:
@@ -109,7 +118,7 @@ def measure_loop() -> list[Row]:
     """Compares the closed loop with a hold in C++, on the trials of Simulation I."""
     tools, runner = weight.read(Setup()), TrialRunner(SETTINGS)
     learned = 0.97 * tools[0].components[0].material.density  # close to the belief after one or two trials
-    total = np.zeros(2)
+    times = np.zeros((2, _TURNS))
     for number, tool in enumerate(tools):
         density = learned if number else SETTINGS.prior.mode
         belief = DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density]))
@@ -118,11 +127,13 @@ def measure_loop() -> list[Row]:
         def hold(tool: Tool = tool, memory: MaterialMemory = memory) -> None:
             runner.run_hold(tool, memory, duration=weight.DURATION, seed=(0,))
 
-        total += time_in_turns(build_cpp_hold(tool, density), hold, turns=9)
+        times += time_in_turns(build_cpp_hold(tool, density), hold, turns=_TURNS)
     hertz = f"{1.0 / SETTINGS.control_period:.0f} Hz"
+    in_cpp, ours = times
+    speed = format_turns(len(tools) * weight.DURATION / ours, 0)
     return [
-        [f"closed loop at {hertz}", "the same plant, held in C++", f"{total[0] / total[1]:.2f} of its speed"],
-        [f"closed loop at {hertz}", "real time", f"{len(tools) * weight.DURATION / total[1]:.0f} times"],
+        [f"closed loop at {hertz}", "the same plant, held in C++", f"{format_turns(in_cpp / ours, 2)} of its speed"],
+        [f"closed loop at {hertz}", "real time", f"{speed} times as fast"],
     ]
 
 
@@ -197,9 +208,13 @@ def measure_mpc() -> list[Row]:
         [
             "control step, no limit active",
             "closed form, factorised at every step",
-            f"{free / algebra:.1f} times its time",
+            f"{format_turns(free / algebra, 1)} times its time",
         ],
-        ["control step, limits active", "OSQP at 1e-6, on stored programs", f"{ours / osqp:.2f} of its time"],
+        [
+            "control step, limits active",
+            "OSQP at 1e-6, on stored programs",
+            f"{format_turns(ours / osqp, 2)} of its time",
+        ],
     ]
 
 
@@ -223,7 +238,8 @@ def measure_regressor() -> list[Row]:
     ours, theirs = time_in_turns(
         lambda: chain.compute_payload_regressors(q, v, vdot), loop, turns=21, calls_per_turn=5
     )
-    return [["payload regressor, 300 samples", "Pinocchio's, C++, in a loop", f"{ours / theirs:.2f} of its time"]]
+    ratio = f"{format_turns(ours / theirs, 2)} of its time"
+    return [["payload regressor, 300 samples", "Pinocchio's, C++, in a loop", ratio]]
 
 
 def measure_strike() -> list[Row]:
@@ -248,10 +264,10 @@ def measure_strike() -> list[Row]:
         for _ in range(5):
             own = Simulator(trial.diagram, simulator.get_context().Clone())
             ApplySimulatorConfig(config, own)
-            start = time.perf_counter()
+            start = time.process_time()
             own.AdvanceTo(leave)
-            seconds.append(time.perf_counter() - start)
-    return [[f"{1e3 * contact:.0f} ms of a blow in contact", "", f"{np.median(seconds):.2f} s"]]
+            seconds.append(time.process_time() - start)
+    return [[f"{1e3 * contact:.0f} ms of a blow in contact", "", f"{format_turns(np.array(seconds), 2)} s"]]
 
 
 def measure_decisions() -> list[Row]:
@@ -263,31 +279,39 @@ def measure_decisions() -> list[Row]:
     """
     setup, count, many = Setup(), 100, 10_000
     held, (tool, *_), task = reach.read(setup)
-    start = time.perf_counter()
-    choice = plan_choice(list_options(tool), task, setup.settings)
-    planning = time.perf_counter() - start
+    start = time.process_time()
+    choice = plan_choice(list_options(tool), task, setup.settings)  # once: the plan is then in a cache
+    planning = time.process_time() - start
     _, (before, after, *_), _ = experience.hold(setup, held, 0)
     rng = np.random.default_rng(0)
     beliefs = [memory.belief.add_object_variation(setup.settings.prior.deviation) for memory in (before, after)]
     rho = np.vstack([belief.draw_samples(rng, count // 2) for belief in beliefs])
-    start = time.perf_counter()
     work, feasible = np.empty((2, count)), np.empty((2, count), dtype=bool)
-    for k, densities in enumerate(rho):
-        known = dict(zip(list_colours(held), map(float, densities), strict=True))
-        for place, own in enumerate(tool.list_gripped().values()):
-            motion = roll_out(own, task, known, setup.settings)
-            work[place, k], feasible[place, k] = motion.work, motion.error <= task.path.tolerance
-    brute = (time.perf_counter() - start) / count
-    planned = choice.compute_costs(choice.compute_parameters(before, rho))
-    full = Costs(work, np.full_like(work, np.nan), feasible, work)
-    one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (planned, full))
+
+    def simulate(samples: NDArray[np.int_]) -> None:
+        for k in samples:
+            known = dict(zip(list_colours(held), map(float, rho[k]), strict=True))
+            for place, own in enumerate(tool.list_gripped().values()):
+                motion = roll_out(own, task, known, setup.settings)
+                work[place, k], feasible[place, k] = motion.work, motion.error <= task.path.tolerance
 
     def decide() -> None:
         pick_cheapest(choice.compute_costs(choice.draw_parameters(before, rng, many)), rng)
 
-    (fast,) = time_in_turns(decide, turns=7)
-    ratio = f"{many * brute / (fast + planning):,.0f} times as fast; same choice in {np.sum(one == other)} of {count}"
-    return [[f"{many:,} choices of a grip, with planning", "simulating both grips", ratio]]
+    decide()
+    of_one, of_many = np.empty((2, _TURNS))
+    for turn, samples in enumerate(np.array_split(np.arange(count), _TURNS)):
+        start = time.process_time()
+        simulate(samples)
+        middle = time.process_time()
+        decide()
+        of_one[turn], of_many[turn] = (middle - start) / len(samples), time.process_time() - middle
+    planned = choice.compute_costs(choice.compute_parameters(before, rho))
+    full = Costs(work, np.full_like(work, np.nan), feasible, work)
+    one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (planned, full))
+    ratio = format_turns(many * of_one / (of_many + planning), 0)
+    same = f"same choice in {np.sum(one == other)} of {count}"
+    return [[f"{many:,} choices of a grip, with planning", "simulating both grips", f"{ratio} times as fast; {same}"]]
 
 
 def measure_observers() -> list[Row]:
@@ -312,7 +336,7 @@ def _time_lifts(learner: Learner) -> Row:
             lift(range(number, number + 1))
 
     at_once, ten = time_in_turns(lambda: lift(range(count)), lift_ten, turns=5)
-    ratio = f"{0.1 * count * ten / at_once:.0f} times as fast"
+    ratio = f"{format_turns(0.1 * count * ten / at_once, 0)} times as fast"
     return [f"lifts of {count:,} observers as arrays, {learner.name}", "the same one by one", ratio]
 
 

@@ -75,8 +75,8 @@ def run(setup: Setup) -> Results:
             f" {tools[-1].components[0].material.name}, for {DURATION:g} s each."
         ),
         finding=(
-            f"The centre of the first rod sinks by {drop[0]:.1f} cm, that of the last by {drop[-1]:.1f} cm; that of"
-            f" the decoy rises by {lift:.1f} cm."
+            f"The first rod sinks by {drop[0]:.1f} cm at its centre and the last rod by {drop[-1]:.1f} cm; the decoy"
+            f" rises by {lift:.1f} cm."
         ),
         data=add_motion(data, records_shown, setup.settings),
         numbers=numbers,

@@ -74,7 +74,15 @@ def _read(arguments: argparse.Namespace, pair: Ur10eData, panda: PandaData, fold
         [f"UR10e, load of {UR10E_LOAD:g} kg, analysed with", "mass (kg)", "SD (g)"], _list_ur10e(numbers["ur10e"])
     )
     numbers["panda"] = study_panda(panda, settings, num_injections=arguments.injections, seed=arguments.seed)
-    header = ["Panda, windows of (s)", "90 % coverage: mass", "centre of mass", "moments", "rms error (g)", "SD (g)"]
+    header = [
+        "Panda, windows of (s)",
+        "stretches",
+        "90 % coverage: mass (range over stretches)",
+        "centre of mass",
+        "moments",
+        "RMS error (g)",
+        "SD (g)",
+    ]
     _print_table(header, [_list_panda(name, found) for name, found in numbers["panda"].items()])
     yield Findings({**numbers, "injections": arguments.injections, "seed": arguments.seed})
 
@@ -89,10 +97,14 @@ def _list_ur10e(n: Mapping[str, Any]) -> list[list[str]]:
     return [[name, f"{mass:.3f}", f"{1e3 * sd:.0f}"] for name, mass, sd in rows]
 
 
-def _list_panda(name: str, found: Mapping[str, float]) -> list[str]:
-    shares = [f"{found[f'coverage_{quantity}']:.3f}" for quantity in ("mass", "com", "moments")]
+def _list_panda(name: str, found: Mapping[str, Any]) -> list[str]:
     white = f"{name.removeprefix('white_')}, errors taken for white" if name.startswith("white_") else name
-    return [white, *shares, f"{found['rmse_mass_g']:.0f}", f"{found['median_sd_mass_g']:.0f}"]
+    cells = [
+        f"{found[key]:{form}} ({low:{form}} to {high:{form}})"
+        for key, (low, high) in found["range_of_stretches"].items()
+        for form in [".0f" if key.endswith("_g") else ".2f"]
+    ]
+    return [white, str(found["stretches"]), *cells]
 
 
 def _print_coverage(name: str, table: dict[str, Any]) -> None:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
 from affordance.arrays import Array, Mask
@@ -44,9 +45,19 @@ class Injections(NamedTuple):
     mean: Array  # posterior means
     sd: Array  # posterior standard deviations
     inside: Mask  # True if the 90 % interval contains the truth
+    stretch: NDArray[np.int_]  # (N,); the part of the recording that contains the middle of the payload's window
 
-    def summarise(self) -> dict[str, float]:
-        """Computes the coverage of 90 % intervals, and mass errors, [g]."""
+    def summarise(self) -> dict[str, Any]:
+        """Computes the coverage of 90 % intervals, and mass errors, [g], with the range over parts of the recording.
+
+        Payloads of one part share its errors, so an interval over payloads would be too narrow.
+        """
+        numbers = self._measure()
+        parts = [Injections(*(of[self.stretch == k] for of in self))._measure() for k in np.unique(self.stretch)]
+        ranges = {name: [f(part[name] for part in parts) for f in (min, max)] for name in numbers}
+        return {**numbers, "stretches": len(parts), "range_of_stretches": ranges}
+
+    def _measure(self) -> dict[str, float]:
         errors = self.mean[:, 0] - self.truth[:, 0]
         return {
             "coverage_mass": float(self.inside[:, MASS].mean()),
@@ -94,7 +105,9 @@ class PandaStudy:
         """Identifies random payloads in windows of a given duration, [s]."""
         found = []
         drawn = self._draw(length, settings, num_injections, seed)
-        for payload, evidence in tqdm(
+        cells = round(length / CELL)
+        num_stretches = max(1, round(self._num_cells / cells))
+        for first, payload, evidence in tqdm(
             drawn, desc=f"Panda, {length} s", unit="payload", total=num_injections, disable=None
         ):
             if not settings.correlated_noise:
@@ -102,19 +115,20 @@ class PandaStudy:
             marginals = infer(evidence, self._gains, settings=settings).marginals
             truth = describe_bodies(payload[None])[0]
             inside = (marginals.low90 <= truth) & (truth <= marginals.high90)
-            found.append((truth, marginals.mean, marginals.sd, inside))
+            stretch = int((first + 0.5 * cells) / self._num_cells * num_stretches)
+            found.append((truth, marginals.mean, marginals.sd, inside, stretch))
         return Injections(*(np.array(each) for each in zip(*found, strict=True)))
 
     def _draw(
         self, length: int, settings: IdentificationSettings, num_injections: int, seed: int
-    ) -> Iterator[tuple[Array, Evidence]]:
-        """Draws payloads, (10,), and builds the evidence of each in a random window."""
+    ) -> Iterator[tuple[int, Array, Evidence]]:
+        """Draws random windows, each with its first cell, a payload, (10,), and the evidence."""
         rng = np.random.default_rng((seed, length))
         num_windows = self._num_cells - round(length / CELL) + 1
         for _ in range(num_injections):
             first = int(rng.integers(num_windows))
             payload = draw_payload(rng, _MASSES)
-            yield payload, self._build_evidence(first, length, payload, settings)
+            yield first, payload, self._build_evidence(first, length, payload, settings)
 
     def _build_evidence(self, first: int, length: int, payload: Array, settings: IdentificationSettings) -> Evidence:
         cells = round(length / CELL)

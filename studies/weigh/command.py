@@ -2,7 +2,7 @@
 
 import argparse
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -22,6 +22,7 @@ from studies.weigh.simulated import SimulatedPoses, simulate_poses
 
 _FORM_NAMES = tuple(FORMS)
 _GROUPS = {"mass": slice(0, 1), "centre of mass": slice(1, 4)}
+_RESAMPLES = 2000  # of the tables, for intervals over tables
 
 
 @dataclass(frozen=True)
@@ -114,21 +115,51 @@ def tabulate(run: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
             cells: dict[str, Any] = {"tables": int(chosen.sum())}
             for group, part in _GROUPS.items():
                 for kind in ("held", "plain_held"):
-                    cells[f"{kind} {group}"] = run[kind][chosen][:, :, part].mean(axis=(0, 2)).tolist()
+                    of_tables = run[kind][chosen][:, :, part].mean(axis=2)
+                    low, high = _resample(np.mean, of_tables[:, 1])
+                    cells[f"{kind} {group}"] = [*of_tables.mean(axis=0).tolist(), low, high]
             rows.append([name, str(cells["tables"]), *(_show(each) for each in list(cells.values())[1:])])
             numbers["coverage"][name] = cells
     scaled = run["error"] / run["sd"]
     numbers["rms_error_in_sds"] = np.sqrt((scaled**2).mean(axis=0)).tolist()
     for kind in ("error", "plain_error"):
         numbers[f"median_{kind}"] = np.median(np.abs(run[kind]), axis=0).tolist()
-    header = ["coverage at 50, 90 %", "tables", "mass", "least squares", "centre of mass", "least squares"]
+    numbers["error_ratio"] = {
+        group: [_compare_errors(errors), *_resample(_compare_errors, errors)]
+        for group, part in _GROUPS.items()
+        for errors in [np.abs(np.stack([run["error"][:, part], run["plain_error"][:, part]], axis=-1))]
+    }
+    header = [
+        "coverage at 50, 90 % [95 % interval]",
+        "tables",
+        "mass",
+        "least squares",
+        "centre of mass",
+        "least squares",
+    ]
     print(format_table(header, rows))
     print(f"axes read right in {numbers['read_right']:.3f}, doubted {numbers['doubted']:.3f}")
+    for group, (ratio, low, high) in numbers["error_ratio"].items():
+        print(f"median error of the {group} over that of least squares: {ratio:.2f} [{low:.2f}, {high:.2f}]")
     return numbers
 
 
-def _show(shares: list[float]) -> str:
-    return " ".join(f"{share:.2f}" for share in shares)
+def _compare_errors(errors: Array) -> float:
+    """Computes the ratio of the median errors of ``weigh``, ``errors[..., 0]``, and of least squares."""
+    ours, plain = np.median(errors, axis=tuple(range(errors.ndim - 1)))
+    return float(ours / plain)
+
+
+def _resample(statistic: Callable[[Array], Any], of_tables: Array) -> list[float]:
+    """Computes the 95 % bootstrap interval of a statistic over tables, the first axis."""
+    rng = np.random.default_rng(0)
+    drawn = [statistic(of_tables[rng.integers(len(of_tables), size=len(of_tables))]) for _ in range(_RESAMPLES)]
+    return [float(bound) for bound in np.quantile(drawn, (0.025, 0.975))]
+
+
+def _show(cell: list[float]) -> str:
+    half, ninety, low, high = cell
+    return f"{half:.2f} {ninety:.2f} [{low:.2f}, {high:.2f}]"
 
 
 STUDY = Study("coverage of loads weighed by a wrist sensor, in simulated tables of poses", add_arguments, plan)
