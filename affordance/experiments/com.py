@@ -84,8 +84,9 @@ def run(setup: Setup) -> Results:
             f" {second}; nothing is learned in this last pass."
         ),
         finding=(
-            f"After {trials} trials, predictions from sight have median errors of {100.0 * numbers['mass_error']:.1f} % in"
-            f" mass and {1000.0 * numbers['com_error_m']:.1f} mm in the centre of mass."
+            f"After {trials} trials, predictions from sight have median errors of"
+            f" {100.0 * numbers['mass_error']:.1f} % in mass and {1000.0 * numbers['com_error_m']:.1f} mm"
+            " in the centre of mass."
         ),
         data=add_motion(data, shown, setup.settings),
         numbers=numbers,
