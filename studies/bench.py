@@ -1,15 +1,15 @@
-"""Measures speed relative to other programs and to brute force: ``make bench``.
+"""Benchmarks of run time against other programs and brute-force solutions: ``make bench``.
 
-Everything runs in one process with one thread, and processor time is measured. Compare ratios, because times change
-with the machine and its load. Two ways to do the same are timed in turns, so that the load affects both alike. The
-range of a ratio over these turns follows its median.
+All benchmarks use one process and one thread, and measure processor time. Alternatives are timed in turns, so that the
+load of the machine affects them equally. Ratios are therefore more reliable than times. Each ratio is a median over
+turns, followed by its range.
 """
 
 import os
 import time
 from collections.abc import Callable
 
-# Before NumPy is imported: matrices here are small, and threads would wait for each other.
+# This must precede the import of NumPy. Matrices are small, so threads would slow down the computation.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
@@ -50,15 +50,15 @@ from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import TrialRunner
 
 SETTINGS = DEFAULT_SETTINGS
-_TURNS = 9  # turns in which holds, and choices of a grip, are timed
-# Row of the table: what is measured, what it is compared with, and the result.
+_TURNS = 9  # number of turns for holds and for choices of a grip
+# Row of the table: benchmark, alternative, and result.
 type Row = list[str]
 
 
 def time_in_turns(*calls: Callable[[], object], turns: int, calls_per_turn: int = 1) -> Array:
-    """Times functions in turns, after one call of each.
+    """Measures the processor time of functions in turns, after one call of each.
 
-    Returns the mean processor time per call of each function in each turn, [s], shape (functions, turns).
+    Returns: Mean time per call of each function in each turn, [s], (functions, turns).
     """
     for call in calls:
         call()
@@ -79,16 +79,13 @@ def format_turns(ratios: Array, decimals: int) -> str:
 
 
 def build_cpp_hold(tool: Tool, density: float) -> Callable[[], object]:
-    """Builds a hold with Drake's controller in C++, and returns a function that runs it.
-
-    The hold has the same gains and belief.
-    """
+    """Returns a function that simulates a hold with a C++ controller of Drake, using the same gains and belief."""
     builder, T = DiagramBuilder(), SETTINGS.mpc.horizon
     arm, believed = add_arm(builder, SETTINGS.arm), load_arm(SETTINGS.arm)
     context = believed.plant.CreateDefaultContext()
     believed.set_payload(context, tool.parameters * density / tool.components[0].material.density)
     one = np.ones(arm.num_joints)
-    gains = 6.0 / T**2 * one, 0.0 * one, 4.0 / T * one  # of minimum angular acceleration in continuous time
+    gains = 6.0 / T**2 * one, 0.0 * one, 4.0 / T * one  # for minimum angular acceleration in continuous time
     control = builder.AddSystem(InverseDynamicsController(believed.plant, *gains, False, context))
     rest = np.concatenate([arm.home, 0.0 * one])
     goal = builder.AddSystem(ConstantVectorSource(rest))
@@ -115,7 +112,7 @@ def build_cpp_hold(tool: Tool, density: float) -> Callable[[], object]:
 
 
 def measure_loop() -> list[Row]:
-    """Compares the closed loop with a hold in C++, on the trials of Simulation I."""
+    """Compares the control loop with a controller in C++ in the trials of Simulation I."""
     tools, runner = weight.read(Setup()), TrialRunner(SETTINGS)
     learned = 0.97 * tools[0].components[0].material.density  # close to the belief after one or two trials
     times = np.zeros((2, _TURNS))
@@ -138,7 +135,7 @@ def measure_loop() -> list[Row]:
 
 
 def measure_mpc() -> list[Row]:
-    """Compares a control period with the algebra alone and, at active limits, with OSQP."""
+    """Compares a control period with pure linear algebra and, at active limits, with OSQP."""
     arm, rng = load_arm(), np.random.default_rng(0)
     model, hold, mpc, n = (
         ArmModel(arm),
@@ -164,9 +161,9 @@ def measure_mpc() -> list[Row]:
             mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
 
     def build_program(x: Array, goal: TerminalGoal) -> MathematicalProgram:
-        """Builds the program that suits OSQP best: accelerations only, with hard goal and limits.
+        """Builds a quadratic program that suits OSQP: only accelerations, with hard goal and limits.
 
-        The program is not always feasible.
+        The program can be infeasible.
         """
         program, limits, steps = MathematicalProgram(), arm.limits, len(angle) // n
         vdot = program.NewContinuousVariables(len(angle))
@@ -219,9 +216,9 @@ def measure_mpc() -> list[Row]:
 
 
 def measure_regressor() -> list[Row]:
-    """Compares the payload regressor of 300 samples with Pinocchio.
+    """Compares the payload regressor of 300 samples with the full regressor of Pinocchio.
 
-    Pinocchio has no regressor for a single body.
+    Pinocchio does not provide a regressor for a single body.
     """
     chain, other = build_chain(load_arm()), pinocchio.Model()
     for number in range(chain.num_joints):
@@ -243,10 +240,7 @@ def measure_regressor() -> list[Row]:
 
 
 def measure_strike() -> list[Row]:
-    """Measures the time to simulate a blow by either grip of the stick.
-
-    Tool and nail may touch.
-    """
+    """Measures the time for simulating a blow with contact for both grips of the stick."""
     _, (stick, *_), task = hammer.read(Setup())
     memory = MaterialMemory.from_densities(list_densities([stick]))
     model, runner, seconds, contact = ArmModel(load_arm()), TrialRunner(SETTINGS), [], 0.0
@@ -271,11 +265,9 @@ def measure_strike() -> list[Row]:
 
 
 def measure_decisions() -> list[Row]:
-    """Compares choices of the stick's grip by inner simulation with simulations.
+    """Compares inner simulation with full simulation for choosing a grip of the stick for reaching.
 
-    The task is reaching.
-
-    Half of the densities are drawn before, half after an observer's first hold, so that they include near ties.
+    Half of the densities are drawn from the prior, and half after the first hold, so that there are near ties.
     """
     setup, count, many = Setup(), 100, 10_000
     held, (tool, *_), task = reach.read(setup)
@@ -315,7 +307,7 @@ def measure_decisions() -> list[Row]:
 
 
 def measure_observers() -> list[Row]:
-    """Compares lifts of Linear++ by 1,000 observers in arrays and one by one."""
+    """Compares simulating 1,000 observers of Linear++ together with simulating them one by one."""
     return [_time_lifts(learner) for learner in LEARNERS.values()]
 
 
@@ -341,7 +333,7 @@ def _time_lifts(learner: Learner) -> Row:
 
 
 def main() -> None:
-    """Prints the table."""
+    """Runs all benchmarks, and prints a table."""
     rows = [["what is measured", "compared with", "result"], *measure_loop(), *measure_mpc(), *measure_regressor()]
     print("\n".join(tabulate([*rows, *measure_strike(), *measure_decisions(), *measure_observers()])))
 
