@@ -1,8 +1,8 @@
 """Benchmarks of run time against other programs and brute-force solutions: ``make bench``.
 
-All benchmarks use one process and one thread, and measure processor time. Alternatives are timed in turns, so that the
-load of the machine affects them equally. Ratios are therefore more reliable than times. Each ratio is a median over
-turns, followed by its range.
+All benchmarks use one process and one thread, and measure processor time. Alternatives are timed in turns, so that
+the load of the machine affects them equally. Ratios are therefore more reliable than times. Each ratio is a median
+over turns, followed by its range.
 """
 
 import os

@@ -169,7 +169,7 @@ def decide_before_experience(choice: Choice, experience: Experience, seed: int, 
 
 
 def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[int, int, int], correct: int) -> float:
-    """Returns 1 if an observer chooses the correct option, and otherwise 0; observers guess if no option is usable."""
+    """Returns 1 if an observer chooses the correct option, and otherwise 0. Without usable options, it guesses."""
     ranking = rank_options(choice, memory, np.random.default_rng([*seed, Stream.BAYES]), _NUM_BAYES_SAMPLES)
     if not ranking.num_usable:
         return 0.5
