@@ -89,8 +89,7 @@ class SwingSearch:
         self._last: tuple[bytes, Array, Array, Array] | None = None
 
     def fit(self, q: Array) -> Array:
-        """Fits control points to angles at the time steps of results, with least squares and an initial state at
-        rest.
+        """Fits control points of a motion from rest to angles at the time steps of results, using least squares.
 
         Returns: Control points, (num_pieces + 5, num_joints), [rad].
         """
