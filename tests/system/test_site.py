@@ -63,6 +63,13 @@ def test_every_decision_stands_in_their_index_with_its_title():
         assert f"- [{page.name[:4]}]({page.name}): {title}\n" in index
 
 
+def test_every_picture_has_an_alternative_text_and_a_caption():
+    for page in ROOT.glob("docs/**/*.md"):
+        for picture in re.finditer(r"!\[(?P<alt>[^\]]*)\]\([^)]*\)(?P<after>\n\n.)?", page.read_text()):
+            assert picture["alt"], f"{page}: {picture[0]}"
+            assert picture["after"] == "\n\n*", f"{page}: {picture[0]}"
+
+
 def test_page_that_a_search_finds_first_has_main_entries_of_the_index():
     page = "# What\n\n<!-- search: wrong payload, payload -->\n"
     assert generated.fill_marks(page) == "# What\n\n```{index} ! wrong payload, ! payload\n```\n"
