@@ -61,8 +61,8 @@ def run_load(config: CoverageConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Simulates and identifies one load. Successive repeats cycle through the classes of solids.
 
     Returns: ``place``, the posterior probability of values below the truth; ``truth``, ``mean`` and ``sd``, in the
-    order of ``describe_bodies``, (10,) each; ``factors``; ``trusted``, 1 if there are no doubts; ``doubts`` in words;
-    ``seconds`` of CPU time. Results are NaN if the recording was rejected.
+        order of ``describe_bodies``, (10,) each; ``factors``; ``trusted``, 1 if there are no doubts; ``doubts`` in
+        words; ``seconds`` of CPU time. Results are NaN if the recording was rejected.
     """
     rng = np.random.default_rng((config.seed, [*ARMS, *AT_REST].index(config.arm), repeat))
     names = tuple(CLASSES)

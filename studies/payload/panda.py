@@ -74,7 +74,7 @@ def study_panda(
     """Identifies random payloads in random windows.
 
     Returns: Coverage and errors for each duration of window, [s], and under ``white_5`` for windows of 5 s with
-    errors assumed to be white noise.
+        errors assumed to be white noise.
     """
     study = PandaStudy(data, settings)
     white = replace(settings, correlated_noise=False, floor=False)

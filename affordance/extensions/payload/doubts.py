@@ -151,7 +151,7 @@ def find_doubts(
         loaded: Loaded run, with joints in the order of the arm's joints.
         empty: Empty runs, with joints in the same order.
         belief: Posterior of the payload.
-        before: Gains that were known before the loaded run, including their drift, or calibrated gains.
+        before: Gains that were known before the loaded run, including their drift; or gains calibrated in this run.
         settings: Settings of the identification.
 
     Returns: One sentence per reason; an empty tuple without any.
@@ -328,7 +328,10 @@ def _find_stuck(run: Run) -> Iterator[str]:
 def _judge_fit(
     robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Tests gains, residual and halves of a fit of joint signals. Yields one sentence per doubt."""
+    """Tests gains, residuals and the agreement of both halves of a run with joint signals.
+
+    Yields one sentence per doubt.
+    """
     evidence = belief.fit.evidence
     torque_sd = evidence.arm_torque.std(axis=0)
     strength = _compute_strength(robot)
@@ -360,7 +363,10 @@ def _judge_fit(
 def _judge_wrench(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Tests tare, mass, gains, residual and halves of a fit of wrist forces. Yields one sentence per doubt."""
+    """Tests tare, mass, gains, residuals and the agreement of both halves of a run with wrist forces.
+
+    Yields one sentence per doubt.
+    """
     evidence = belief.fit.evidence
     tare, tare_sd = evidence.phantom[0], np.sqrt(evidence.phantom_covariance[0, 0])
     if tare < -_MOST_HALF_SDS * tare_sd:
@@ -499,7 +505,7 @@ def _judge_halves(
 
 
 def _judge_gains(robot: SerialChain, belief: PayloadBelief, judged: Mask) -> Iterator[str]:
-    """Finds implausible gains of tested joints. The uncertainty of the gains is allowed for."""
+    """Finds implausible gains of tested joints, allowing for their uncertainty."""
     evidence = belief.fit.evidence
     if belief.calibration is not None:  # includes the uncertainty of the body
         gains, covariance = belief.calibration.mean, belief.calibration.covariance

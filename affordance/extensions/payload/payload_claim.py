@@ -44,8 +44,8 @@ class ClaimVerdict(NamedTuple):
     def verdict(self) -> str:
         """Verdict: right, wrong or open.
 
-        A low probability alone does not make a setting wrong, because a wide posterior gives every setting a low
-        probability. The setting is wrong if it is implausible under the posterior.
+        A wide posterior gives every setting a low probability. A setting is therefore wrong only if it is implausible
+        under the posterior.
         """
         if self.probability >= _RIGHT:
             return "right"
@@ -122,10 +122,10 @@ def _measure_torques(squares: Array, moments: Array) -> Array:
 
 
 def _measure_plausibility(away: Array, weights: Array) -> float:
-    """Computes the posterior probability beyond the tolerated deviation that is nearest to the mean.
+    """Computes the posterior probability of deviations farther from the mean than the nearest tolerated deviation.
 
-    Distances are Mahalanobis distances from the mean. A deviation is tolerated if its first component is from -1 to 1
-    and the other three have a norm of at most 1.
+    Distances are Mahalanobis distances. A deviation is tolerated if its first component is from -1 to 1 and the other
+    three have a norm of at most 1.
 
     Args:
         away: Deviations of mass and first moment from the setting, in units of their tolerances, shape (N, 4).

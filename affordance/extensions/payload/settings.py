@@ -17,7 +17,7 @@ _RECORDED = "docs/decisions/0020-recorded-data.md"
 
 
 class SignalKind(enum.Enum):
-    """Kind of a run's signal. It determines the friction in the signal, and no recording states it."""
+    """Kind of a run's signal, which determines the friction in it. Recordings do not state their kind."""
 
     JOINT_TORQUE = "joint_torque"  # link-side torque sensors: gear friction is not in it
     MOTOR_TORQUE = "motor_torque"  # motor current times the maker's gain: gear friction is in it

@@ -163,7 +163,7 @@ def choose_tip(tree: RobotTree) -> tuple[str, str]:
     """Chooses the tip of the longest limb, preferably a tool frame, otherwise the hand.
 
     Returns: Name of the tip, and a sentence that describes it and names the other ends. Both are empty if several
-    limbs are equally long.
+        limbs are equally long.
     """
     limbs = list_limbs(tree)
     # Revolute fingers form limbs of their own, which are ignored.

@@ -208,7 +208,7 @@ def _cluster(vertices: Array, faces: _Indices, width: float) -> tuple[_Indices, 
     """Assigns vertices to grid cells with a given width, [m].
 
     Returns: Cell of each vertex, (N,), and the distinct triangles with corners in three cells, as cell indices, (K,
-    3).
+        3).
     """
     steps = np.minimum(((vertices - vertices.min(axis=0)) / width).astype(np.int64), _MOST_CELLS - 1)
     keys = (steps[:, 0] * _MOST_CELLS + steps[:, 1]) * _MOST_CELLS + steps[:, 2]

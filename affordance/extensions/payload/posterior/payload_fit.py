@@ -141,7 +141,7 @@ def spread_gains(fit: PayloadFit) -> Array:
         fit: Fit with the stated gains.
 
     Returns: Equally probable quantiles of the variance relative to the stated variance, shape (_NUM_VARIANTS,); all
-    one without a wrist sensor.
+        one without a wrist sensor.
     """
     if fit.evidence.kind is not SignalKind.WRENCH:
         return np.ones(_NUM_VARIANTS)
@@ -234,7 +234,7 @@ def add_friction_error(
     because without friction these gains, and thus the load, would change by as much as the load itself.
 
     Returns: Evidence with these errors, and with the load signs of the payload fitted without them as a start for the
-    next fit.
+        next fit.
     """
     if evidence.is_at_rest:  # friction has no direction at rest, and is part of the residual
         return evidence

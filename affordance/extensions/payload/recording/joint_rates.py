@@ -134,7 +134,7 @@ def _is_smooth(q: Array, row: int) -> bool:
 
 
 def _explain_units(q: Array, step: float, worst: Jump, ranges: Array) -> str:
-    """Explains which unit is probably wrong in a smooth but too fast motion with a time step in [s]."""
+    """Explains which unit is probably wrong in a smooth but too fast motion. ``step`` is the time step, [s]."""
     if step <= _SHORTEST and worst.rate <= _NEXT_UNIT * _RATE_SLACK * worst.limit:
         return f"{1e6 * step:.3g} us between samples is improbable: {LONGER_UNIT}"
     low, high = ranges
@@ -169,7 +169,7 @@ def find_lag(times: Array, values: Array, rate: Array) -> float:
         rate: Recorded rate of the quantity, shape (N,).
 
     Returns: The delay at which the rate fits best, up to half a second, interpolated with a parabola. It is negative
-    if the rate is early.
+        if the rate is early.
     """
     step = float(np.median(np.diff(times)))
     even = np.arange(times[0], times[-1], step)
@@ -193,7 +193,7 @@ def find_lag(times: Array, values: Array, rate: Array) -> float:
 
 
 class RateFault(NamedTuple):
-    """Recorded rate that does not match the quantity that it should be the rate of."""
+    """Fault of a recorded rate that is not the derivative of its quantity."""
 
     joint: int  # number of the joint, from 0
     problem: str  # the fault and its bound, with {} in place of the quantity's name
