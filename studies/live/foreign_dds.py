@@ -61,7 +61,7 @@ def main(file: str, topic: str, domain: str, arm: str, script: str, seed: str) -
     end = time.time() + _PATIENCE
     while not writer.get_matched_subscriptions():
         if time.time() > end:
-            sys.exit(f"nobody reads {topic} in domain {domain}")
+            sys.exit(f"{topic} has no reader in domain {domain}")
         time.sleep(0.05)
     time.sleep(0.5)
     start, names, message = time.time(), list(robot.ARMS[arm].joints)[::-1], cast("Any", _JointState)

@@ -18,9 +18,8 @@ from affordance.plant.serial_chain import SerialChain
 
 # Largest number of samples that are compared, and smallest number for a joint.
 _MOST, _FEWEST = 500, 12
-# Least factor by which another direction of gravity, or a time shift, must divide the residual variance to be
-# accepted (geometric mean over joints). In windows of recordings of a UR10e and a Panda, no alternative reaches a
-# factor of 1.2.
+# Least factor by which another direction of gravity, or a time shift, must reduce the residual variance to be
+# accepted (geometric mean over joints). In windows of recordings of a UR10e and a Panda, no alternative reaches 1.2.
 _BETTER = 3.0
 # Share of a joint's variance beyond friction that the arm's own weight must explain before the sign of the signal is
 # judged, and ratio of signal to own-weight torque below which that torque is missing from the signal.
@@ -33,7 +32,7 @@ _LEAST_LAG, _LAGS_AGREE = 0.02, 0.03  # least delay, and largest difference betw
 # Standard errors by which a gain must differ from zero for its sign to be certain, and correlation time of errors,
 # [s].
 _SURE, _AGREEMENT = 4.0, 1.0
-# Angle above which gravity or a frame counts as described wrongly, not merely as set up imprecisely, [rad].
+# Angle above which the description of gravity or of a frame is wrong, not merely imprecise, [rad].
 _TURNED = np.radians(20.0)
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 _AXIS_NAMES = ("+x", "+y", "+z", "-x", "-y", "-z")

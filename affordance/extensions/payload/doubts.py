@@ -72,15 +72,15 @@ _AGREEMENT = 1.0
 _LEAST_OWN_TORQUE, _NUM_POSTURES = 0.1, 50
 # Fewest samples with which a joint is tested: ten for each of the five unknowns of its own weight and friction.
 _FEWEST_SAMPLES = 50
-# Usual gains of motor currents, [A/(N m)], from the largest arms to servos, widened by a factor of ten.
+# Usual gains of motor currents, [A/(N m)], from the largest arms to small servos, widened by a factor of ten.
 _USUAL_CURRENT_GAINS = (2e-3, 20.0)
 # Largest ratio between a calibrated gain and the median over joints: an assumption, because the motors of one arm
 # have similar gear ratios and torque constants.
 _MOST_UNLIKE_GAINS = 4.0
-# Largest residual relative to the own-weight signal, for (difference of two runs, repeated motion). For paired runs
-# the residual is 0.01 to 0.03 in recordings, and up to 0.2 on a simulated UR5, whose load friction jumps when a joint
-# reverses. With an empty arm fitted to other motions it is up to 0.25 in windows of 8 s. If the arm's model comes
-# from its file, the residual includes the file's error.
+# Largest residual relative to the own-weight signal; the keys are (difference of two runs, repeated motion). For
+# paired runs the residual is 0.01 to 0.03 in recordings, and up to 0.2 on a simulated UR5, whose load friction jumps
+# when a joint reverses. With an empty arm fitted to other motions it is up to 0.25 in windows of 8 s. If the arm's
+# model comes from its file, the residual includes the file's error.
 _MOST_RESIDUAL = {(True, True): 0.25, (True, False): 0.4, (False, False): 1.0}
 # Least own-weight signal with which residuals are compared, as a share of the gravity torque of the strongest joint,
 # because errors do not shrink with motion. The errors in a UR10e's pair are up to 0.022 of that torque; this
@@ -267,7 +267,7 @@ def _judge_signals(
                 f"{100 * bound:.0f} % is usual: joints, gravity, times or the robot's file do not belong to this run"
             )
         elif ratio <= 0.0 or abs(np.log(ratio)) > np.log(factor) + _MOST_CHANGE * own.error[j]:
-            found = f"{own.gain[j]:.3g} {unit} per N m, the load one of {belief.gains[j, 0]:.3g}"
+            found = f"{own.gain[j]:.3g} {unit} per N m, the load {belief.gains[j, 0]:.3g}"
             yield (
                 f"{where}: the arm's own weight implies a gain of {found}: check the signal, its sign and unit, "
                 "gravity, the gains, the weighed mass and the robot's file"
@@ -396,7 +396,7 @@ def _judge_shifts(belief: PayloadBelief, before: Gains) -> Iterator[str]:
     if belief.fit.evidence.kind is SignalKind.WRENCH:
         masses = measure_axes(belief.fit)[0] * (belief.fit.mode.load + belief.fit.likelihood.prior.phantom)[0]
         shown = ", ".join(f"{name} {mass:.3g} kg" for name, mass in zip(WRENCH_COLUMNS, masses, strict=False))
-        reason = f"the sensor's scale or axes are wrong, or the fit is; by the weight below it {shown}"
+        reason = f"the sensor's scale or axes, or the fit, are wrong; mass according to each axis: {shown}"
     for j in np.flatnonzero(shift > _MOST_SHIFT):
         yield (
             f"{belief.channel_names[j]}: the load implies a gain {shift[j]:.0f} standard deviations away from what "

@@ -98,7 +98,7 @@ def read_estimate(path: Path) -> Estimate:
         mean = np.array(content["parameters"], dtype=float)
         covariance = np.array(content["parameters_covariance"], dtype=float)
     except (KeyError, TypeError, ValueError) as error:
-        raise BadValueError(path, "parameters", "are missing or not numbers, must be those of identify") from error
+        raise BadValueError(path, "parameters", "are missing or not numbers, must be from identify") from error
     k = len(mean) if mean.ndim == 1 else 0
     if k not in (4, NUM_PARAMETERS) or covariance.shape != (k, k):
         raise BadValueError(
@@ -106,7 +106,7 @@ def read_estimate(path: Path) -> Estimate:
         )
     if not (np.isfinite(mean).all() and np.isfinite(covariance).all() and mean[0] > 0.0):
         raise BadValueError(
-            path, "parameters", f"begin with {show_value(float(mean[0]))}, must be finite, and a mass"
+            path, "parameters", f"begin with {show_value(float(mean[0]))}, must be finite, with a positive mass"
         )
     return Estimate(path.name, str(content.get("frame", "")), mean, covariance, bool(content.get("trusted", True)))
 

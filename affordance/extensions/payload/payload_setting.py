@@ -76,9 +76,7 @@ class PayloadEntry(DataModel):
         Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None,
         Field(description="Ixx, Iyy, Izz and optionally Ixy, Ixz, Iyz, about the centre of mass, [kg m^2]."),
     ] = None
-    frame: Annotated[Name | None, Field(description="Frame in which it is given; the flange if none is named.")] = (
-        None
-    )
+    frame: Annotated[Name | None, Field(description="Frame of the payload; the flange if not named.")] = None
 
 
 def read_payload(path: StrPath) -> PayloadSetting:

@@ -19,9 +19,9 @@ _RECORDED = "docs/decisions/0020-recorded-data.md"
 class SignalKind(enum.Enum):
     """Kind of a run's signal, which determines the friction in it. Recordings do not state their kind."""
 
-    JOINT_TORQUE = "joint_torque"  # link-side torque sensors: gear friction is not in it
-    MOTOR_TORQUE = "motor_torque"  # motor current times the maker's gain: gear friction is in it
-    CURRENT = "current"  # motor current: gear friction is in it, and gains are unknown
+    JOINT_TORQUE = "joint_torque"  # link-side torque sensors: excludes gear friction
+    MOTOR_TORQUE = "motor_torque"  # motor current times the maker's gain: includes gear friction
+    CURRENT = "current"  # motor current: includes gear friction, and gains are unknown
     WRENCH = "wrench"  # force and torque of a sensor at the wrist
 
     @property
@@ -152,7 +152,7 @@ class IdentificationSettings:
         Within(0.1, 1e3),
         Setting("1", "a fourth-order Butterworth filter is exact to 1e-5 at a quarter of its cut-off"),
     ] = 4.0
-    cutoff: Annotated[float, CUTOFF, Setting("Hz", "the motion's, unless a caller fixes it")] | None = None
+    cutoff: Annotated[float, CUTOFF, Setting("Hz", "derived from the motion unless given")] | None = None
     trim: Annotated[float, Within(0.0, 1e3), Setting("s", "filters ring")] = 1.0
     block: Annotated[float, Within(1e-3, 1e3), Setting("s", "errors are correlated over 0.3 to 1 s")] = 2.0
     max_rate: Annotated[float, Within(1.0, 1e5), Setting("Hz", "an assumption")] = 100.0

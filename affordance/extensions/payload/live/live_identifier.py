@@ -287,9 +287,9 @@ class LiveIdentifier:
             return []
         changed, self._set = self._set is not None, setting
         subtracts = self._description.compensates_arm
-        meaning = "the signal is raw: what is set does not change it"
+        meaning = "the signal is raw and does not depend on the setting"
         if subtracts:
-            meaning = "the controller subtracts it from the signal: what is shown is the rest"
+            meaning = "the controller subtracts it from the signal: the rest is shown"
         content = {
             "mass_kg": setting.mass,
             "com_m": list(setting.centre_of_mass),
@@ -326,7 +326,7 @@ class LiveIdentifier:
         now, moved = self._newest, any(cell.moves for cell in self._cells[-_STILL:])
         if not moved and len(self._cells) >= _STILL:
             if not self._is_still:
-                yield LiveEvent("at rest", now, {"why": "a load shows in motion only"})
+                yield LiveEvent("at rest", now, {"why": "a load can be identified only in motion"})
             self._is_still = True
             return
         self._is_still = self._is_still and not moved

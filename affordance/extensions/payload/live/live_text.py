@@ -31,9 +31,7 @@ def describe_event(event: LiveEvent, flange: Flange | str, start: float) -> str:
 def _describe(event: LiveEvent, flange: Flange | str, start: float) -> Iterator[str]:
     c = event.content
     if event.kind == "ready":
-        few = (
-            "" if c["empty_runs"] >= _ENOUGH_RUNS else ": three of 15 s, of other motions, would show the arm better"
-        )
+        few = "" if c["empty_runs"] >= _ENOUGH_RUNS else ": three of 15 s with different motions give a better model"
         runs = "1 empty run" if c["empty_runs"] == 1 else f"{c['empty_runs']} empty runs"
         yield f"ready: {runs}{few}; the empty hand weighs 0 +- {1e3 * c['empty_hand_kg']:.0f} g"
     elif event.kind == "belief":

@@ -95,7 +95,7 @@ def infer(
     except NotTheSeenObjectError as error:
         return replace(belief, notes=(*belief.notes, f"{error}; the camera is ignored"), p_value=error.p_value)
     if parts.p_value < SURPRISE:
-        left_out = "the camera is ignored: with the object that it saw, the run would be too improbable"
+        left_out = "the camera is ignored: the run is too improbable for the object that it saw"
         return replace(belief, notes=(*belief.notes, left_out), p_value=parts.p_value)
     if parts.p_value < _ODD:
         odd = f"p = {parts.p_value:.2g}: few objects that are what they look like would give such an improbable run"

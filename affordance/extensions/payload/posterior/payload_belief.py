@@ -104,7 +104,7 @@ def describe_unseen(
         of_part = [i for i in range(part.start, part.stop) if QUANTITIES[i] in hidden]
         if part is COM and direction is not None and len(of_part) < 3:
             x, y, z = direction
-            yield f"centre of mass along ({x:.2f}, {y:.2f}, {z:.2f}): the run shows nothing"
+            yield f"centre of mass along ({x:.2f}, {y:.2f}, {z:.2f}): not determined by the run"
         if not of_part:
             continue
         worst = max(of_part, key=lambda i: share[i])

@@ -18,11 +18,11 @@ DEGREES = "are these degrees? then its description must have 'units: {q: deg}'"
 LONGER_UNIT = "is the unit of time a thousand times longer? then set it in the description: 'units: {time: s}'"
 # Factor by which rates may exceed the limits in the file, because some controllers allow more.
 _RATE_SLACK = 1.5
-# Change of an angle that noise and rounding never reach, [rad].
+# Angle that exceeds any noise and rounding, [rad].
 _NOISE = 0.05
 # Time over which the rate of a smooth motion is measured, [s].
 _WINDOW = 0.1
-# Smooth motion: the changes before and after a change have its sign and at least this share of its size.
+# In a smooth motion, neighbouring changes of an angle have the same sign and at least this share of its size.
 _SMOOTH = 0.5
 # Factor between units of time, and time step below which no controller samples joints, [s].
 _NEXT_UNIT, _SHORTEST = 1000.0, 5e-4

@@ -19,7 +19,7 @@ from affordance.extensions.payload.settings import IdentificationSettings
 _ORDER = 4
 # Share of the velocity's power that defines its bandwidth.
 _POWER = 0.999
-# Least power of a joint's velocity, relative to the largest, at which its bandwidth is computed.
+# Least power of a joint's velocity, relative to the largest, for computing its bandwidth.
 _FAINT = 0.02
 # Largest bandwidth as a multiple of the bandwidth of the tapered motion.
 _FADED = 4.0
@@ -60,7 +60,7 @@ def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
     velocity's power. A cut-off in the settings takes precedence.
     """
     if run.description.postures:
-        return 1.0 / POSTURE_STEP  # nothing is filtered
+        return 1.0 / POSTURE_STEP  # postures are not filtered
     if settings.cutoff is not None:
         return min(settings.cutoff, _FASTEST * run.rate / 2.0)
     times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
@@ -69,9 +69,8 @@ def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
         return min(max(2.0, _SLOWEST), highest)
-    # A part of a motion begins and ends with different velocities, and such a jump contains all frequencies.
-    # Subtracting the line from the first to the last value removes it, and the bandwidth of the tapered motion limits
-    # the result.
+    # A window of a motion begins and ends with different velocities, and such a jump contains all frequencies. The
+    # line from the first to the last value is therefore subtracted, and the tapered motion limits the bandwidth.
     bandwidth = _compute_bandwidth(v - np.linspace(v[0], v[-1], len(v)), run.rate)
     faded = _compute_bandwidth((v - v.mean(axis=0)) * np.hanning(len(v))[:, None], run.rate)
     bandwidth = min(bandwidth, _FADED * faded)

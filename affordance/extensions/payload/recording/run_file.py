@@ -45,9 +45,9 @@ _NO_ANGLES = re.compile("action|command|cmd|target|desired|goal|tau|torque|effor
 _TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # likely names of the time column
 # Largest change of a joint angle of an arm at rest, due to droop under load or encoder noise, [rad].
 _STILL = 5e-3
-# Number of consecutive rows in one posture that identifies a recording over time, in which shorter stays are motion.
+# Number of consecutive rows in one posture from which a table is a recording over time, with shorter stays as motion.
 _STAY = 5
-# Change of a joint angle between rows that hardly occurs in a recording over time, [rad].
+# Largest change of a joint angle between rows that is usual in a recording over time, [rad].
 _APART = 0.05
 
 
