@@ -66,7 +66,7 @@ def generate_wrench(
         pi: Inertial parameters of the load, shape (10,).
         rng: Random generator.
         tilt_deg: Tilt of the base, [deg].
-        gain_sd: Relative SD of each channel's gain about 1.
+        gain_sd: SD of each channel's gain, whose mean is 1.
 
     Returns: The signal, shape (N, 6), [N] and [N m].
     """

@@ -73,7 +73,7 @@ def study_panda(
 ) -> dict[str, Any]:
     """Identifies random payloads in random windows.
 
-    Returns: Coverage and errors for each duration of window, [s], and under ``white_5`` for windows of 5 s with
+    Returns: Coverage and errors for each duration of window, [s]. The key ``white_5`` is for windows of 5 s with
         errors assumed to be white noise.
     """
     study = PandaStudy(data, settings)

@@ -16,7 +16,7 @@ NOISES = (0.03, 0.2, 1.0)  # SDs of a pose's mean force along each axis, [N]; a 
 NUM_POSES = (4, 6, 10, 20, 40)
 _GRAVITY = np.array([0.0, 0.0, -9.81])
 _ROW_NOISE = 0.5  # SD of a row about the mean of its pose, relative to the noise of the mean
-_GAIN_SD, _COMMON_SD = 0.01, 0.005  # gains of each axis, and of all axes together
+_GAIN_SD, _COMMON_SD = 0.01, 0.005  # SDs of the gain of each axis, and of a factor common to all
 _TILT_SD = np.radians(0.3)  # SD of orientation errors about each axis, [rad]
 
 

@@ -266,7 +266,7 @@ def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analys
 def find_gains(
     arm: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains | None, settings: IdentificationSettings
 ) -> Gains:
-    """Determines the gains that are known before the loaded run."""
+    """Determines the prior gains of the loaded run: given, nominal, or estimated from the arm's own weight."""
     run = (*empty, loaded)[0]
     kind = run.description.kind
     names = WRENCH_COLUMNS if kind is SignalKind.WRENCH else arm.joint_names

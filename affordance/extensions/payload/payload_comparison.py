@@ -15,8 +15,8 @@ from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map
 NAMES = ("mass", "centre x", "centre y", "centre z", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 UNITS = ("kg", "m", "m", "m", *["kg m^2"] * 6)
 _DIFFERENT, _SAME = 0.01, 0.05  # p-values below which bodies are different, and from which they may be the same
-# Largest SDs of the differences at which bodies are called the same: of the mass, relative to at least 1 kg as for
-# ``--claimed``, and of the centre of mass, [m].
+# Largest SDs of differences at which two payloads can be called the same: of the mass, as a fraction of the mass or
+# of 1 kg if lighter, as for ``--claimed``; and of the centre of mass, [m].
 _RESOLVED, _LEAST, _RESOLVED_CENTRE = 0.05, 1.0, 0.01
 
 

@@ -32,7 +32,7 @@ def describe_payload(
     Args:
         belief: Posterior of the payload.
         claims: Payload settings with their verdicts.
-        flange: Frame of claims and of the lines for controllers, or the reason why there is none.
+        flange: Flange frame for claims and for lines for controllers, or the reason why it is unknown.
         materials: Colour of each known material, which names the identified densities.
         taught: Sentence about the memory that has learned from the run; empty without one.
         anyway: True to include lines for controllers even if the result is not trusted.

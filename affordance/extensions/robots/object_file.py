@@ -201,6 +201,6 @@ def _distribute(
 
 
 def _compute_moments(J: Array) -> Array:
-    """Computes the principal moments about the centre of mass, (3,), from the pseudo-inertia for 1 kg."""
+    """Computes the principal moments about the centre of mass, (3,), from a pseudo-inertia with unit mass."""
     spread = np.linalg.eigvalsh(J[:3, :3] - np.outer(J[:3, 3], J[:3, 3]))
     return spread.sum() - spread[::-1]

@@ -75,7 +75,7 @@ def _build_directives(path: Path) -> RobotTree:
 
 
 def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
-    """Finds the uppermost link to which the base is fixed. Drivers express gravity and poses in it."""
+    """Finds the uppermost link to which the base is fixed. Drivers express gravity and poses in its frame."""
     for joint in tree.climb(base):
         if joint.num_velocities() or joint.parent_body().name() == "world":
             break

@@ -88,7 +88,7 @@ def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tupl
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and removes limits from its element that Drake cannot use."""
+    """Reads a joint. Limits that Drake cannot use are removed from the XML element."""
 
     def take(path: str, default: float) -> float:
         return numbers.parse_one(find_text(joint, path), f"{key}.{path.replace('/', '.')}", default)

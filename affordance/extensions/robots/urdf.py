@@ -96,7 +96,7 @@ def _read_connection(joint: Element, path: Path, key: str, links: Collection[str
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and removes limits that Drake cannot use from its element."""
+    """Reads a joint. Limits that Drake cannot use are removed from the XML element."""
     if joint.get("type") == "fixed":  # its other data do not matter
         remove_children(joint, ("limit", "axis", "dynamics", "mimic"))
     limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")

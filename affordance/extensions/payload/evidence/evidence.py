@@ -231,7 +231,7 @@ class Evidence:
         return compute_statistics(self.samples, max(1, round(settings.block * self.rate)))
 
     def with_load(self, pi: Array) -> "Evidence":
-        """Returns the evidence with the signs of load friction for a payload pi, (10,).
+        """Updates the signs of load friction for a payload pi, (10,).
 
         Load friction is mu |tau|, opposite to the motion. In a difference of two runs it is mu (|tau_arm + Y pi| -
         |tau_arm|), so the load sign s is d times the bracket over Y pi. It is from -1 to 1, and equals d

@@ -2,8 +2,8 @@
 
     [f; n] = W pi + offset + error
 
-Here pi is the whole load on the sensor. No joint is between them. A run with an empty hand (the tare) determines the
-empty hand (gripper, cables) and the sensor's offset, with their uncertainty.
+Here pi is the whole load on the sensor. There are no joints between sensor and load. A run with an empty hand (the
+tare) determines the empty hand (gripper, cables) and the sensor's offset, with their uncertainty.
 """
 
 from collections.abc import Sequence

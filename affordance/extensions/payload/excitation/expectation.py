@@ -95,7 +95,7 @@ class Expectation:
         return cls(robot, gains, density, fit.mode.theta[None], floor, settings=settings)
 
     def build_evidence(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Evidence:
-        """Builds the predictable part of the evidence that a motion gives together with an empty run.
+        """Builds the expected evidence of a motion after an empty run is subtracted.
 
         The sign of load friction follows from the mean body. The dynamics of the motion are computed if not given.
         """

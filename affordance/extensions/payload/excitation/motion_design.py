@@ -53,16 +53,16 @@ def design_motion(
 ) -> tuple[MotionDesign, Spread]:
     """Designs the motion with the smallest predicted standard deviation of a quantity.
 
-    The ways from home to the start and from the end back to home are straight in joint space. Along them, too, the
-    tip stays above its least height, or above its height at home if that is lower.
+    The paths from home to the start, and from the end to home, are straight in joint space. Along them, too, the tip
+    stays above its least height, or above its height at home if that is lower.
 
     Args:
         expectation: Prior knowledge about the run.
         family: Family of motions within the limits.
         aim: Quantity whose standard deviation is minimised.
-        home: Joint angles at which the arm begins and ends, shape (n,), [rad]; None to ignore the ways.
+        home: Joint angles at which the arm begins and ends, shape (n,), [rad]; None to ignore paths from and to home.
         num_draws: Number of random motions.
-        num_changes: Number of changes tried on each of the best.
+        num_changes: Number of changes tried on each of the best motions.
         seed: Seed of the search.
 
     Returns: The motion, which respects the limits with every possible body, and the predicted standard deviations.

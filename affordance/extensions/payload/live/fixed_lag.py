@@ -66,8 +66,8 @@ class FixedLag:
     def spread_jitter(self, rows: PreparedRun, jitter: float, has_v: bool) -> Array:
         """Computes the SD of acceleration errors due to time-stamp jitter, (N, n), [rad/s^2].
 
-        A stamp that is late by e causes an error of -e dx/dt. With white e, the error grows with joint speed, and
-        derivatives amplify it. The SD of e is ``jitter``, [s].
+        A time stamp that is late by e causes an error of -e dx/dt. With independent e of SD ``jitter``, [s], the
+        error grows with joint speed, and derivatives amplify it.
         """
         spread: Array = jitter * (self._noise[1] * np.abs(rows.vdot) if has_v else self._noise[0] * np.abs(rows.v))
         return spread

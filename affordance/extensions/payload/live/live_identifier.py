@@ -1,7 +1,8 @@
 """Identifies the payload of a running robot, sample by sample.
 
-Each belief is the result of ``infer`` for the rows since the last change of load. Older rows are not summed up,
-because errors of the arm's model do not average out. The final answer is the result of ``identify`` for the raw rows.
+Each belief is the result of ``infer`` for the rows since the last change of load. Sums over all earlier rows are not
+used, because errors of the arm's model do not average out. The final answer is the result of ``identify`` for the raw
+rows.
 """
 
 import bisect
@@ -189,7 +190,7 @@ class LiveIdentifier:
         self._since, self._rows, self._cells = since, rows, cells
         self._pending: list[PreparedRun] = []
         self._told, self._due = -np.inf, np.inf
-        self._sds: list[tuple[float, float]] = []  # times and SDs of mass
+        self._sds: list[tuple[float, float]] = []  # times and SDs, [kg]
         self._is_done, self._tried, self._enough = False, -np.inf, ""
         self._is_light = True
 

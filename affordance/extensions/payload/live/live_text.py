@@ -19,7 +19,7 @@ def describe_event(event: LiveEvent, flange: Flange | str, start: float) -> str:
 
     Args:
         event: Event to format.
-        flange: Frame of the lines for the controller, or the reason why there is none.
+        flange: Flange frame for the lines for the controller, or the reason why it is unknown.
         start: Time stamp of the first sample, [s].
     """
     return "\n".join(

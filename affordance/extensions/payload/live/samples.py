@@ -115,7 +115,7 @@ def _read_message(message: dict[str, Any], joints: Sequence[str]) -> Sample:
 
 
 def _find_columns(names: Sequence[str], num: int) -> dict[str, int]:
-    """Finds our columns in a table, by their own names or a logger's."""
+    """Finds the columns in a header line, by standard names or a logger's names."""
     for columns in COLUMN_MAPS.values():
         ours = name_columns(names, columns)
         found = {name: place for place, name in reversed(list(enumerate(ours))) if name is not None}
@@ -134,7 +134,7 @@ def _read_row(row: Sequence[float], columns: dict[str, int], joints: Sequence[st
 
 
 def replay(runs: Sequence[Run]) -> Iterator[Sample]:
-    """Reads recordings one after the other, a second apart."""
+    """Replays recordings one after another, with pauses of one second."""
     start = 0.0
     for run in runs:
         for i, t in enumerate(run.times - run.times[0]):

@@ -49,8 +49,8 @@ def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Ar
     """Draws scrambled Sobol points in the unit cube, shape (num_points, size).
 
     Each point is uniformly distributed. Binary digits are multiplied by a random triangular matrix and shifted
-    (Matousek 1998, J. Complexity 14:527). There may be fewer than 2^30 points, with up to ``MAX_DIMENSION``
-    coordinates.
+    (Matousek 1998, J. Complexity 14:527). The number of points must be below 2^30, and ``size`` at most
+    ``MAX_DIMENSION``.
     """
     points = np.empty((num_points, size))
     for dimension in range(size):
@@ -343,7 +343,7 @@ def spread_bodies(
 
 
 def _correlate(before: Array, after: Array) -> float:
-    """Computes the largest correlation of any parameter, (N, 10), before and after moves."""
+    """Computes the largest correlation, over parameters, between values before and after moves, (N, 10) each."""
     away, later = before - before.mean(axis=0), after - after.mean(axis=0)
     scale = np.sqrt((away**2).sum(axis=0) * (later**2).sum(axis=0))
     return float(((away * later).sum(axis=0) / np.maximum(scale, np.finfo(float).tiny)).max())

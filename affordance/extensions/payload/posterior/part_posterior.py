@@ -40,7 +40,7 @@ class SeenObject:
 
     @cached_property
     def unseen(self) -> Array:
-        """Covariance of the parameters of 1 kg (one SD) of mass, uniformly distributed in the box, (10, 10), in T."""
+        """Covariance of the parameters of a point mass of 1 kg (one SD) anywhere in the box, (10, 10), in T."""
         nodes, weights = np.polynomial.legendre.leggauss(3)
         grid = np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3)
         points = 0.5 * (self.low + self.high) + 0.5 * grid * (self.high - self.low)

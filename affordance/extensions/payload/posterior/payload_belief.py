@@ -327,7 +327,7 @@ class PayloadBelief:
 
     @property
     def is_light(self) -> bool:
-        """True if the mass is small compared with typical loads of a hand, but otherwise uncertain."""
+        """True if the mass is small compared with its prior, with a large relative uncertainty."""
         is_small = self.marginals.high90[0] < np.quantile(self.prior_bodies[:, 0], _LIGHT)
         return bool(is_small) and not self.hidden.isdisjoint(QUANTITIES[MASS])
 

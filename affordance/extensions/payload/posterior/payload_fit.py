@@ -189,7 +189,7 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
     of body and phantom payload. A variance estimated from n errors is multiplied by n / (n - 2), as for Student's t,
     unless earlier runs bound it.
 
-    Returns: The relative changes, shape (C,), and their covariance if only errors and usual changes occur, (C, C).
+    Returns: The relative changes, shape (C,), and the covariance, (C, C), expected from errors and usual changes.
     """
     prior, statistics = fit.likelihood.prior, fit.statistics
     num, gain = statistics.num_channels, np.where(prior.gain[:, 0] == 0.0, np.inf, prior.gain[:, 0])
@@ -224,14 +224,15 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
 def add_friction_error(
     evidence: Evidence, gains: Gains, solid: SolidPrior, settings: IdentificationSettings
 ) -> Evidence:
-    """Adds errors of the friction model to a pair's evidence as a phantom payload that does not average out.
+    """Adds errors of the friction model, as a phantom payload, to the evidence of a pair of runs.
 
     No friction model is exact. One standard deviation of a joint's error is assumed to be the whole effect of its
-    friction: the change of the most probable load if the joint has no friction. Errors of joints are independent.
+    friction: the change of the most probable load if the joint has no friction. Errors of joints are independent and
+    do not average out.
 
-    Errors are added only to a repeated motion. Errors of a fitted arm are measured and include friction, and an arm
-    modelled from its file is wrong without friction. No errors are added if the gains come from the arm's own weight,
-    because without friction these gains, and thus the load, would change by as much as the load itself.
+    Errors are added only for a repeated motion. The measured errors of a fitted arm already include friction, and an
+    arm modelled from its file is invalid without friction. Errors are not added if the gains come from the arm's own
+    weight, because without friction these gains, and thus the load, would change by as much as the load itself.
 
     Returns: Evidence with these errors, and with the load signs of the payload fitted without them as a start for the
         next fit.

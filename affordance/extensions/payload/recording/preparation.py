@@ -56,7 +56,7 @@ class PreparedRun(NamedTuple):
 def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
     """Computes the filter cut-off that passes a run's motion, [Hz].
 
-    The cut-off is a multiple of the bandwidth of the joint with the largest bandwidth, which contains 99.9 % of the
+    The cut-off is a multiple of the largest bandwidth of any joint. A joint's bandwidth contains 99.9 % of its
     velocity's power. A cut-off in the settings takes precedence.
     """
     if run.description.postures:

@@ -73,7 +73,7 @@ class Weighing(NamedTuple):
 
     @property
     def is_light(self) -> bool:
-        """True if the mass is small, but otherwise uncertain."""
+        """True if the mass is small, with a large relative uncertainty."""
         is_small = self.intervals[0, 3] < _LIGHT and self.residual[:3].max() < _LIGHT * GRAVITY
         return bool(is_small and self.sd[0] > _SEEN_MASS * self.mass)
 
