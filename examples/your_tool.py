@@ -1,4 +1,4 @@
-"""Your tool: describe it in a file, see what it weighs, and by which end to take it.
+"""Your tool: describe a tool in a file, compute its mass, and find the end by which to hold it.
 
 Prints:
 
