@@ -26,7 +26,7 @@ _LABELS = {
 }
 # Size of the picture, [pixels].
 _WIDTH, _HEIGHT = 420, 480
-_NAME_WIDTH = 26
+_NAME_WIDTH = 22
 # Number of rendered options: the best and the second best.
 _PICTURES = 2
 # Figure of holds: height per row, height of margins, [inch], and characters per line of the title.
@@ -50,8 +50,8 @@ def render_choice(directives: Path, ranking: Ranking, tools: dict[str, Tool]) ->
 def draw_advice(content: Content, pictures: Sequence[Image]) -> Figure:
     """Plots pictures of the best options, costs, and probabilities of being best."""
     shown = [each for each in content["options"] if each["cost"]["mean"] is not None]
-    figure = Figure(figsize=(15.0, max(4.0, 1.6 + 0.45 * len(shown))))
-    widths = (*[1.0] * _PICTURES, 1.3, 0.6)
+    figure = Figure(figsize=(11.0, max(4.0, 1.6 + 0.45 * len(shown))))
+    widths = (*[0.8] * _PICTURES, 1.3, 0.6)
     *of_pictures, of_cost, of_probability = figure.subplots(1, _PICTURES + 2, width_ratios=widths)
     for axes, picture, each in zip(of_pictures, pictures, content["options"], strict=False):
         axes.imshow(picture)
@@ -69,7 +69,7 @@ def draw_advice(content: Content, pictures: Sequence[Image]) -> Figure:
     of_cost.set_xlabel(f"{_LABELS[by]}, mean and 90 % interval")
     of_probability.barh(places, [each["p_best"] for each in shown], color=colours, height=0.6)
     of_probability.set_yticks(places, [""] * len(shown))
-    of_probability.set(xlabel="probability of being best", xlim=(0.0, 1.0))
+    of_probability.set(xlabel="probability of\nbeing best", xlim=(0.0, 1.0), xticks=(0.0, 0.5, 1.0))
     tidy(of_cost, of_probability)
     return figure
 

@@ -291,8 +291,8 @@ def draw_posture(models: Path) -> Figure:
     free = hand @ longest.p_TTfree
     places = [joint.frame_on_child().CalcPoseInWorld(context).translation() for joint in joints]
     points = np.array([*places, hand.translation()])
-    figure = Figure(figsize=(15.5, 4.6), layout="constrained")
-    rendered, side, above, frame = figure.subplots(1, 4, width_ratios=[1.5, 1.0, 1.0, 1.1])
+    figure = Figure(figsize=(10.0, 8.0), layout="constrained")
+    (rendered, side), (frame, above) = figure.subplots(2, 2, width_ratios=[1.2, 1.0])
     rendered.imshow(picture)
     rendered.set_axis_off()
     rendered.set_title(f"at home, with {longest.name.replace('_', ' ')}")
@@ -335,7 +335,8 @@ def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
         else:
             away = "away from" if direction[2] < 0.0 else "towards"
             axes.annotate(f"{name} points {away} you", (0.0, -1.1 * _ARROW), color="#AA3377", fontsize=9)
-    axes.set_title(f"the hand's frame at home, from the right,\nwith the {_HAMMER} by its {held.grip}", fontsize=10)
+    text = f"the hand's frame at home, from the right, with\nthe {_HAMMER} by its {held.grip} (cross: centre of mass)"
+    axes.set_title(text, fontsize=10)
     low, high = compute_limits([shown])
     around = 1.3 * _ARROW * np.ones(2)
     low, high = np.minimum(low, -around), np.maximum(high, around)
