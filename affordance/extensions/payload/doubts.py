@@ -278,7 +278,7 @@ def check_sensors(run: Run) -> None:
     """Checks that the signals of all moving joints change.
 
     Raises:
-        BadValueError: The signal of a moving joint is constant, or all signals of postures are.
+        BadValueError: The signal of a moving joint is constant, or all signals are the same in all postures.
     """
     if run.description.postures and np.ptp(run.signal, axis=0).max() <= _SAME * np.abs(run.signal).max():
         problem = f"is the same in all {len(run.times)} postures, must change: turn joints that turn the hand about"

@@ -86,9 +86,9 @@ def get_shoulder(arm: Arm) -> Frame:
 
 
 def compute_static_torques(model: ArmModel, q: Array, mass: float, distance: float = TEST_DISTANCE) -> Array:
-    """Computes static torques, (num_joints,), [N m], with a payload at a distance from the hand.
+    """Computes static torques, (num_joints,), [N m], with a payload in front of the hand.
 
-    The payload has a mass in [kg] and a distance in [m].
+    The mass is in [kg], its distance from the hand in [m].
     """
     model.set_posture(q)
     J = model.compute_point_jacobian(np.array([distance, 0.0, 0.0]))

@@ -211,7 +211,7 @@ def write_folder(
 
 
 def _list_strange_starts(models: Path, arm: ReducedArm) -> Iterator[Change]:
-    """Lists removals of start postures with joints of other arms. The tasks then start at home."""
+    """Lists changes that remove start postures with joints of other arms. The tasks then start at home."""
     for file, key in _STARTS:
         value = read_yaml(models / file)
         for part in key.split("."):

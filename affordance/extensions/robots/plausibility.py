@@ -1,6 +1,6 @@
 """Warns about implausible numbers of an arm, with likely causes. Nothing is rejected.
 
-The bounds are wide physical bounds. A number beyond them has a wrong unit, is a placeholder, or is a typing error.
+The bounds are physical and wide. A number beyond them has a wrong unit, is a placeholder, or is mistyped.
 """
 
 import math

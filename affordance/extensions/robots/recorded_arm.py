@@ -1,7 +1,7 @@
 """Reads an arm for identification from a robot's file, as a chain of joints with the inertias of its links.
 
-No limits are needed, because the arm does not move. Joints outside the chain are frozen at their defaults, and the
-bodies that they carry are added to the link of the chain that carries them.
+No limits are needed, because the arm does not move. Joints outside the chain are frozen at their defaults, and their
+bodies are merged into the link of the chain to which they are attached.
 """
 
 import re
@@ -86,7 +86,7 @@ def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
 class Flange(NamedTuple):
     """Frame F in which a controller expects a payload.
 
-    It is defined in the robot's file, and is not rotated like our hand frame.
+    The frame is defined in the robot's file. Unlike the hand frame, it is not rotated.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Gains of joints: signal per torque, and friction that is proportional to the load.
 
-Makers calibrate torque sensors. Gains of motor currents are in no robot's file. They are estimated with a load of
-known mass or, less accurately, from the arm's own weight.
+Manufacturers calibrate torque sensors. Robots' files do not contain gains of motor currents, which are estimated with
+a load of known mass or, less accurately, from the arm's own weight.
 """
 
 from dataclasses import dataclass, replace

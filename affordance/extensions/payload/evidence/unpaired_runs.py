@@ -95,7 +95,7 @@ def fit_empty_arm(
     of_joint, offset_sd = np.zeros((robot.num_joints, 3)), settings.get_prior(gains.kind).friction_sd
 
     def describe_friction(share: float) -> Array:
-        """Returns SDs of friction, (n, 3), as a fraction of each joint's friction. Offsets vary fully."""
+        """Returns SDs of friction, (n, 3), as a fraction of each joint's friction. Offsets differ in each run."""
         viscous = np.divide(share * size, speed, out=np.zeros_like(size), where=speed > 0.0)  # zero at rest
         return np.column_stack([share * size, viscous, np.full(len(size), offset_sd)])
 

@@ -1,1 +1,1 @@
-"""Posterior of a payload: priors, fits, samples, and a description in words."""
+"""Computes the posterior of a payload: prior, fit, samples and summary."""

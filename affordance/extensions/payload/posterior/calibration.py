@@ -70,7 +70,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
         fit = fit_payload(evidence, prior, solid, settings)
         found, _ = fit.likelihood.estimate_gains(fit.mode.load)
         scale = found[:, 0]  # the prior of mu g is proportional to the gain
-        evidence = fit.evidence  # includes load signs as a start for the next fit
+        evidence = fit.evidence  # includes signs of load friction as a start
     load = "a known load" if reference_mass is None else f"{reference_mass:g} kg"
     return Gains(
         evidence.channel_names,

@@ -42,9 +42,9 @@ _FREE, _STEP, _LEAST_FREEDOM = 10.0, 1e-4, 0.1
 
 
 class PayloadFit(NamedTuple):
-    """Fit of a run."""
+    """Fit of the most probable payload to a run."""
 
-    evidence: Evidence  # evidence of the run, with the load signs of the fitted payload
+    evidence: Evidence  # evidence of the run, with the signs of load friction of the fitted payload
     statistics: JointStatistics  # sums over the evidence
     likelihood: PayloadLikelihood  # likelihood of the ten parameters
     mode: Mode  # most probable body
@@ -73,7 +73,7 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
 def fit_payload(
     evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
 ) -> PayloadFit:
-    """Fits the most probable body, its load signs, and the noise variances.
+    """Fits the most probable body, the signs of load friction, and the noise variances.
 
     The fit may stop at a false optimum where one channel's variance is as large as its signal and another channel's
     gain is many standard deviations from its prior. It therefore also starts from the load that the mean gains imply.
@@ -234,8 +234,8 @@ def add_friction_error(
     arm modelled from its file is invalid without friction. Errors are not added if the gains come from the arm's own
     weight, because without friction these gains, and thus the load, would change by as much as the load itself.
 
-    Returns: Evidence with these errors, and with the load signs of the payload fitted without them as a start for the
-        next fit.
+    Returns: Evidence with these errors, and with the signs of load friction of the payload fitted without them, as a
+        start for the next fit.
     """
     if evidence.is_at_rest:  # friction has no direction at rest, and is part of the residual
         return evidence
