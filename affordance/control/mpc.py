@@ -111,7 +111,8 @@ class MinimumAccelerationMpc:
             # Writeable arrays may change in place, so they are no valid key of the cache.
             can_change = goal.C_q.flags.writeable or goal.C_v.flags.writeable
             self._kept_matrices = (None, None) if can_change else (goal.C_q, goal.C_v)
-        trajectory: Array = self._trajectory_gain @ np.concatenate([x, goal.d_q, goal.d_v])
+        # At every control step: the method dot has half the overhead of the operator @.
+        trajectory: Array = self._trajectory_gain.dot(np.concatenate([x, goal.d_q, goal.d_v]))
         return trajectory.reshape(3 * self.settings.num_steps, -1)
 
     def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:

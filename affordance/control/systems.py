@@ -100,7 +100,7 @@ class MpcController(SampledSystem):
             self._model.set_payload(payload)
             self._shown_payload = payload
         x = self._state.Eval(context)
-        if not math.isfinite(x @ x):  # Drake aborts the process if a plant is set to such a state
+        if not math.isfinite(x.dot(x)):  # Drake aborts the process if a plant is set to such a state
             self._count_failure(context, discrete_state, "the state is not finite; the torque is unchanged")
             return
         now, task = context.get_time(), self._goal.Eval(context)

@@ -173,7 +173,7 @@ class HeldTorqueModel(ArmModel):
             x: Joint angles and velocities at the start, stacked to shape (2 num_joints,), [rad, rad/s].
             vdot: Mean joint accelerations, (num_joints,), [rad/s^2].
         """
-        self.set_state(self._to_middle @ np.concatenate([x, vdot]))
+        self.set_state(self._to_middle.dot(np.concatenate([x, vdot])))
         tau = self.compute_inverse_dynamics(vdot)
         if self.is_damped:  # the mass matrix already includes the damping of the velocity change up to the middle
             tau = tau - 0.5 * self._damping * vdot

@@ -159,12 +159,21 @@ class SerialChain:
             q: Joint angles, (N, num_joints), [rad].
             p_TQ: Position of Q in T, (3,), [m].
         """
+        return self.compute_positions_of(q, [p_TQ])[0]
+
+    def compute_positions_of(self, q: Array, points: Sequence[Array]) -> list[Array]:
+        """Computes the positions in W, (N, 3) each, [m], of several points fixed to T.
+
+        Args:
+            q: Joint angles, (N, num_joints), [rad].
+            points: Positions of the points in T, (3,) each, [m].
+        """
         R = np.broadcast_to(np.eye(3), (len(q), 3, 3))
         p = np.zeros((len(q), 3))
         for j in range(self.num_joints):
             p = p + R @ self.p_PF[j]
             R = R @ self.R_PF[j] @ _rotation_about(self.axes[j], q[:, j])
-        return p + R @ (self.p_MT + self.R_MT @ p_TQ)
+        return [p + R @ (self.p_MT + self.R_MT @ p_TQ) for p_TQ in points]
 
     def compute_payload_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
         """Computes the payload regressors Y along a trajectory, shape (N, num_joints, 10)."""

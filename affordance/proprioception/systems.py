@@ -151,7 +151,7 @@ class Proprioception(SampledSystem):
     ) -> None:
         super().__init__()
         self._acceleration_sd = acceleration_sd
-        self._faults = faults
+        self._faults, self._is_faulty = faults, faults != NO_FAULTS
         self._stuck = stuck
         self._num_joints = num_joints
         self._noise = noise
@@ -181,7 +181,7 @@ class Proprioception(SampledSystem):
 
     def _calc_tau(self, context: Context, output: BasicVector) -> None:
         felt = self._feel(context)
-        if self._faults != NO_FAULTS:
+        if self._is_faulty:
             # The additional number makes faults independent of sensing errors.
             seed = (*self._seed.get(context), self._count_samples(context), Stream.FAULT)
             if self._faults.delay_samples:

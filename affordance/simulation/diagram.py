@@ -311,14 +311,15 @@ class TrialDiagram:
                 num_joints=self.arm.num_joints,
                 arm=self.settings.arm,
             )
+        height_centre, height_grip, height_com = self._measure_heights(q, [tool.p_TTcentre, np.zeros(3), tool.p_TTcm])
         return TrialRecord(
             times=times[rows],
             q=q,
             v=v,
             tau=np.array(self._tau_log.FindLog(context).data().T)[rows],
-            height_centre=self._measure_height(q, tool.p_TTcentre),
-            height_grip=self._measure_height(q, np.zeros(3)),
-            height_com=self._measure_height(q, tool.p_TTcm),
+            height_centre=height_centre,
+            height_grip=height_grip,
+            height_com=height_com,
             memory=self.get_memory(context),
             log_evidence=inference.log_evidence,
             counts=self._controller.get_counts(self._controller.GetMyContextFromRoot(context)),
@@ -348,12 +349,11 @@ class TrialDiagram:
             )
         return tuple(each.joint for each in overloads)
 
-    def _measure_height(self, q: Array, p_TQ: Array) -> Array:
-        """Computes the height of a tool point Q above its first position, against gravity, (N,), [m]."""
+    def _measure_heights(self, q: Array, points: list[Array]) -> list[Array]:
+        """Computes heights of tool points, (3,) each, above their first positions, against gravity, (N,) each, [m]."""
         up = -self.chain.gravity_W / np.linalg.norm(self.chain.gravity_W)
-        heights = self.chain.compute_positions(q, p_TQ) @ up
-        above: Array = heights - heights[0]
-        return above
+        heights = [positions @ up for positions in self.chain.compute_positions_of(q, points)]
+        return [height - height[0] for height in heights]
 
 
 def _select_arm(builder: DiagramBuilder, arm: Arm) -> tuple[OutputPort, OutputPort]:
