@@ -125,9 +125,8 @@ def _multiply(values: Array, matrices: Array) -> Array:
 
 def _take_of_holds(holds: Holds, rho: Array) -> Array:
     """Returns the densities of the object in each hold, (B, n, N, C)."""
-    size, n, _, C = rho.shape
-    place = np.broadcast_to(holds.thing[:, None, :, None], (size, n, holds.thing.shape[1], C))
-    return np.take_along_axis(rho, place, axis=2)
+    # A third of the time of numpy.take_along_axis.
+    return rho[np.arange(rho.shape[0])[:, None, None], np.arange(rho.shape[1])[:, None], holds.thing[:, None]]
 
 
 def _add_by_thing(sums: Array, holds: Holds, values: Array) -> None:
