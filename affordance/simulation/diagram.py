@@ -350,7 +350,7 @@ class TrialDiagram:
         return tuple(each.joint for each in overloads)
 
     def _measure_heights(self, q: Array, points: list[Array]) -> list[Array]:
-        """Computes heights of tool points, (3,) each, above their first positions, against gravity, (N,) each, [m]."""
+        """Computes heights of tool points above their first positions, against gravity, (N,) each, [m]."""
         up = -self.chain.gravity_W / np.linalg.norm(self.chain.gravity_W)
         heights = [positions @ up for positions in self.chain.compute_positions_of(q, points)]
         return [height - height[0] for height in heights]
