@@ -20,7 +20,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy  # it imports its submodules on first use: interpolation takes a tenth of a second
+import scipy  # imports its submodules on first use; interpolation takes a tenth of a second
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
@@ -404,7 +404,7 @@ def compute_posterior(experience: Experience) -> Posterior:
 
 
 def _split(experience: Experience, patterns: NDArray[Any]) -> Posterior:
-    """Computes posteriors in groups of observers with equal patterns, so that results do not depend on each other."""
+    """Computes posteriors in groups of observers with equal patterns, so that observers do not affect each other."""
     numbers = np.unique(patterns, axis=0, return_inverse=True)[1].ravel()
     parts = [np.flatnonzero(numbers == number) for number in range(numbers.max() + 1)]
     order = np.argsort(np.concatenate(parts))
@@ -532,7 +532,7 @@ def _tabulate(model: _Model, mode: _Mode) -> _Grid:
     T, C = mode.d.shape[2:]
     n, inverse = len(_NODES), mode.curvature.inverse[:, 0]
     variances = np.diagonal(inverse, axis1=1, axis2=2)
-    slopes = inverse / variances[..., None]  # change of all scores with one of them
+    slopes = inverse / variances[..., None]  # change of all scores per change of one score
     dz = slopes[:, :, None, :] * (np.sqrt(variances)[:, :, None] * _NODES)[..., None]
     z = np.maximum(mode.z[:, :, None] + dz, _LEAST_SCORE).reshape(B, M * n, M)
     dd = -(mode.curvature.DC @ dz.reshape(B, M * n, 1, M, 1))[..., 0]

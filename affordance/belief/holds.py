@@ -21,7 +21,7 @@ from affordance.belief.rows import Seen, State, pad
 OF_HOLDS = (
     "hold_thing",  # number of the object
     "hold_count",  # number of measurements, 0 if there is no hold
-    "hold_weight",  # number of averaged samples, by which the variance is divided
+    "hold_weight",  # number of averaged measurements, by which the variance is divided
     "hold_noise",  # threshold s0, [N m], and Weber fraction w, (B, N, 2)
     "hold_arm",  # torque of the arm alone, (B, N, J), [N m]
     "hold_tau",  # mean of the measured torques, (B, N, J), [N m]
@@ -159,7 +159,7 @@ def _compare(holds: Holds, t: Array, is_expected: bool) -> tuple[Array, Array, A
     if holds.squares.any():
         misfit += holds.squares[:, None]
     misfit *= precision
-    # A product of variances takes one logarithm for all joints.
+    # The logarithm of the product of variances is faster than the sum of logarithms.
     log_v = np.log(v.prod(axis=-1)) + v.shape[-1] * np.log(2.0 * np.pi)
     value = -0.5 * (misfit.sum(axis=-1) + count[..., 0] * log_v)
     first = pull * precision + 0.5 * (misfit - count) * ratio
@@ -221,7 +221,8 @@ def reduce_errors(holds: Holds, num_things: int) -> Holds:
     """Replaces the geometry errors of each object with fewer, equivalent errors.
 
     Errors e ~ N(0, I) can be rotated without changing the model. Combinations of errors that change no torque are
-    removed. About as many remain as a body at rest has inertial parameters that affect torques.
+    removed. The remaining number is about the number of inertial parameters that affect the torques of a body at
+    rest.
     """
     size, N, Q, J, C = holds.errors.shape
     errors, sums = holds.errors.reshape(size, N, Q, J * C), np.zeros((size, 1, num_things, Q * Q))
@@ -278,7 +279,7 @@ class Felt(NamedTuple):
     hold: Holds  # one hold per observer, (B, 1, ...)
     log_constant: Array  # constant that is added to the log likelihood, (B,)
     num_values: int  # number of measured values
-    log_peak: Array | None = None  # log probability density of error-free data, (B,); None computes it
+    log_peak: Array | None = None  # log probability density of error-free data, (B,); computed if None
 
     @classmethod
     def from_torques(
@@ -343,7 +344,8 @@ class Felt(NamedTuple):
         """Approximates the log likelihood of the densities by a quadratic function.
 
         Value, gradient and Hessian are exact at the posterior mode. A normal belief that is updated with this
-        likelihood therefore has the evidence and posterior of Laplace's method. The mode may be negative.
+        likelihood therefore has the evidence and posterior of Laplace's method. The mode may have negative
+        densities.
 
         Args:
             normals: Beliefs before the lift about the C densities, (N, C).
@@ -477,7 +479,7 @@ def add_holds(state: State, things: Sequence[int], felt: Sequence[Felt]) -> Stat
 
 
 def forget_things(state: State, things: Sequence[int]) -> State:
-    """Removes the holds of all objects but the given ones, which are renumbered in this order."""
+    """Keeps only the holds of given objects, which are renumbered in this order."""
     new = np.full(int(state["hold_thing"].max(initial=-1)) + 2, -1)
     kept = [thing for thing in things if thing < len(new)]
     new[kept] = [place for place, thing in enumerate(things) if thing < len(new)]
@@ -486,7 +488,7 @@ def forget_things(state: State, things: Sequence[int]) -> State:
 
 
 def keep_holds(state: State, is_kept: Mask) -> State:
-    """Keeps selected holds, (B, N), which move to the first places."""
+    """Removes all holds that are not selected by a mask, (B, N)."""
     order = np.argsort(~is_kept, axis=1, kind="stable")[:, : int(is_kept.sum(axis=1).max(initial=0))]
     left = np.take_along_axis(is_kept, order, axis=1)
     arrays = {name: state[name][np.arange(len(order))[:, None], order] for name in OF_HOLDS}

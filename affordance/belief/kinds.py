@@ -138,7 +138,7 @@ def infer_kind(state: State, things: NDArray[np.intp]) -> tuple[State, Normals]:
 
 
 def keep_specimens(state: State, kept: Mask) -> State:
-    """Keeps selected specimens, (B, S), with their holds. These move to the first places."""
+    """Removes all specimens that are not selected by a mask, (B, S), with their holds."""
     if not kept.size:
         return state
     order = np.argsort(~kept, axis=1, kind="stable")
@@ -203,7 +203,7 @@ def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior],
 
 
 def tidy(state: State, things: NDArray[np.intp], *, is_inferred: bool = False) -> tuple[State, Normals]:
-    """Removes empty kinds, computes the belief, and merges twins after a hold.
+    """Removes empty kinds after a hold, updates the belief, and merges twins.
 
     Args:
         state: State of B observers.
@@ -341,7 +341,7 @@ def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) 
 
 
 def _forget_own(state: State, is_odd: Mask) -> State:
-    """Clears own densities except where ``is_odd``, (B, T, C)."""
+    """Clears the own densities of objects that are not odd, given a mask ``is_odd``, (B, T, C)."""
     is_own = state["is_own"] & is_odd
     both = is_own[..., :, None] & is_own[..., None, :]
     own = {"own_mean": np.where(is_own, state["own_mean"], 0.0)}

@@ -125,7 +125,7 @@ def predict_densities(
     Args:
         state: State of the observers.
         seen: Object with m colours.
-        observers: Number of the observer of each of N hypotheses, (N,).
+        observers: Observer number for each of N hypotheses, (N,).
         kinds: Kind of each colour, (N, m).
         scatter_sd: SD of delta, (N, m), [kg/m^3].
 
@@ -198,7 +198,7 @@ def weigh(state: State, seen: Seen, felt: Felt) -> Verdicts:
 
 
 def settle_breadth(hypotheses: Hypotheses, felt: Felt, kappa: Array) -> tuple[Hypotheses, Likelihood, Normals]:
-    """Iterates the scatter of new kinds until its SD is kappa times their posterior density.
+    """Iterates the scatter SD of new kinds until it equals kappa times their posterior density.
 
     Each pass uses the density from the previous pass; the first pass uses the density before the lift. One pass is
     enough for hypotheses without further kinds. For an object denser than the reference, the density rises towards

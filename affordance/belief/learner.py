@@ -77,7 +77,7 @@ class Learner(ABC):
         """Parameters of a learner without parameters."""
 
     def __init_subclass__(cls) -> None:
-        """Resolves string annotations, so that they are also valid in processes without the defining file."""
+        """Resolves string annotations, which other processes cannot resolve without the defining file."""
         super().__init_subclass__()
         cls.Parameters.__annotations__ = get_type_hints(cls.Parameters, include_extras=True)
 

@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy  # it imports its parts where they are used
+import scipy  # imports its submodules on first use
 from scipy.special import chdtrc, fdtrc  # scipy.stats takes a second to import
 
 from affordance.arrays import Array

@@ -8,7 +8,7 @@ by nested quadrature. Four or more are averaged over weighted points, which is l
 from collections.abc import Iterator
 
 import numpy as np
-import scipy  # it imports its submodules on first use: some of them take from a tenth of a second to a second
+import scipy  # imports its submodules on first use; some take a tenth of a second to a second
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri
 

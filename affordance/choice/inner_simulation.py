@@ -34,7 +34,7 @@ class OptionCost(Protocol):
 
     @property
     def infeasible_reason(self) -> str:
-        """Reason if the task is impossible with any inertia of the tool, otherwise empty."""
+        """Reason if the task is impossible with all inertias of the tool; otherwise empty."""
 
     def compute(self, pi: Array) -> Costs:
         """Computes the costs for inertial parameters pi, (S, 10)."""

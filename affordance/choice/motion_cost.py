@@ -52,7 +52,7 @@ class Costs(NamedTuple):
     # same cost as positive work; no energy is recovered.
     work: Array
     effort: Array  # integral of |tau|^2 dt, (S,), [N^2 m^2 s]
-    feasible: NDArray[np.bool_]  # True if the motion does the task and every torque is within its limit, (S,)
+    feasible: NDArray[np.bool_]  # True if the motion accomplishes the task within all torque limits, (S,)
     cost: Array  # cost by which options are compared, according to the settings, (S,); work by default
 
     @classmethod
@@ -113,7 +113,7 @@ class MotionCost:
             model: Model of the arm; its state and payload are changed.
             motion: Planned motion.
             num_nodes: Number of quadrature nodes, limited to one per control period.
-            infeasible_reason: Reason if the motion does not do the task with any tool, otherwise empty.
+            infeasible_reason: Reason if the motion cannot accomplish the task with any tool; otherwise empty.
             measure: Cost measure.
         """
         self._measure = measure

@@ -19,7 +19,7 @@ SHIFT = 2e-3
 
 
 def list_shifted(tool: Tool) -> Iterator[Tool]:
-    """Yields six copies of a tool per part, with the part moved by SHIFT in both directions of each axis of T."""
+    """Yields copies of a tool in which one part is moved by SHIFT in either direction along an axis of T."""
     for index, part in enumerate(tool.components):
         for axis in range(3):
             for sign in (1.0, -1.0):

@@ -151,7 +151,7 @@ def price_options(
 
 
 def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
-    """Plans a task with each option, and caches the plans. Options without a plan have infinite cost.
+    """Plans a task with each option, and caches the plans. Options without a feasible plan have infinite cost.
 
     Raises:
         AffordanceError: There is no option, or two options have the same name.

@@ -46,7 +46,7 @@ class RankedOption(NamedTuple):
             them.
         cost: Cost by the criterion, which determines the order: the mean or, for peak loads, the 95 % quantile.
         p_best: Probability that the option is the cheapest.
-        p_feasible: Probability that the option does the task within the limits of torque and grip.
+        p_feasible: Probability that the option accomplishes the task within the limits of torque and grip.
         infeasible_reason: Reason if the option is not usable: the task is impossible, or ``p_feasible`` is too low.
             Empty if the option is usable.
         q_start: Joint angles at the start of the task, (num_joints,), [rad]; empty if no motion could be planned.

@@ -188,6 +188,6 @@ def _find_surprises(belief: DensityBelief, name: str, weighed: WeighedObject) ->
 
 
 def _mark_weighed(weighed: WeighedObject) -> Array:
-    """Returns an array, (W, K), with 1 for each of K parts that is included in each of W weighings, otherwise 0."""
+    """Returns an array, (W, K), whose entries are 1 if a weighing includes a part, and otherwise 0."""
     parts = range(len(weighed.parts))
     return np.array([[float(not each.parts or k in each.parts) for k in parts] for each in weighed.weighings])

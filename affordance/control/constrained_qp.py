@@ -49,7 +49,7 @@ class AccelerationProgram:
         both = np.concatenate([self._vdot, terminal_slack])
         self._goal = self._plan.AddLinearEqualityConstraint(np.zeros((m, len(both))), nothing, both)
         unbounded = np.full(2 * N * n, np.inf)
-        # This constraint contains only the limits that have been added.
+        # The constraint contains only limits that have been added.
         self._motion = self._plan.AddLinearConstraint(self._motion_response, -unbounded, unbounded, self._vdot)
         torque = (np.eye(n), np.full(n, -np.inf), np.full(n, np.inf))
         self._torque = self._plan.AddLinearConstraint(*torque, self._vdot[:n])
@@ -136,7 +136,7 @@ class AccelerationProgram:
         return np.repeat(violation, len(lower) // 2)
 
     def _compute_margins(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Computes differences of lower and upper limits from the motion without acceleration, (2 N n,) each."""
+        """Computes lower and upper limits minus the motion at constant joint rates, (2 N n,) each."""
         num_steps = len(self._times)
         coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
         upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)

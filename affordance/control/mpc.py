@@ -108,7 +108,7 @@ class MinimumAccelerationMpc:
         """
         if goal.C_q is not self._kept_matrices[0] or goal.C_v is not self._kept_matrices[1]:
             self._trajectory_gain = self._compute_trajectory_gain(goal)
-            # Writeable arrays may change in place, so they are no valid key of the cache.
+            # Writeable arrays may change in place, so they cannot be keys of the cache.
             can_change = goal.C_q.flags.writeable or goal.C_v.flags.writeable
             self._kept_matrices = (None, None) if can_change else (goal.C_q, goal.C_v)
         # At every control step: the method dot has half the overhead of the operator @.
@@ -123,7 +123,7 @@ class MinimumAccelerationMpc:
         return self._run_program(x, goal, model, guess=self.solve_free(x, goal)[: self.settings.num_steps])
 
     def _solve_by_program(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans with the quadratic program, starting with limits that a plan without acceleration violates."""
+        """Plans with the quadratic program, starting with limits that motion at constant rates violates."""
         n = len(x) // 2
         solution = self._run_program(x, goal, model, guess=np.zeros((self.settings.num_steps, n)))
         if solution.status is MpcStatus.FAILED:
@@ -163,7 +163,7 @@ class MinimumAccelerationMpc:
     def _compute_trajectory_gain(self, goal: TerminalGoal) -> Array:
         """Computes the gain from [x, d_q, d_v] to the trajectory of n joints, (3 num_steps n, 2 n + m_q + m_v).
 
-        Let S = C terminal and r = d - C [q + T v, v], the error without acceleration, both in the units of e. The
+        Let S = C terminal and r = d - C [q + T v, v], the error at constant rates, both in the units of e. The
         optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
         """
         T = self.settings.horizon

@@ -24,8 +24,8 @@ class PathFollowing(Task):
 
     The goal is the position of F on the path at the end of the horizon, and the smallest joint rates with which F has
     the path's velocity there. Null-space motion is thus free but does not drift. The position of F is linearised at
-    the posture without acceleration at the end of the horizon, which halves the error compared with the present
-    posture (docs/decisions/0012-reaching.md).
+    the posture that the arm reaches at constant joint rates by the end of the horizon. The error is half of the error
+    at the present posture (docs/decisions/0012-reaching.md).
     """
 
     def __init__(self, path: Trajectory, *, q_start: Array, p_WFstart: Array, p_TF: Array) -> None:

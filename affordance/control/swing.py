@@ -42,9 +42,10 @@ _MARGIN = np.radians(1.0)
 # Rotation of a joint after the strike divided by its rate at the strike, [s]. A joint keeps its rate while the nail
 # is driven, and then brakes uniformly within 0.1 s, less than half of the controller's horizon.
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
-# Half the breadth of a hand, [m]; a face closer to the grip is covered by the hand (models/README.md).
+# Half the breadth of a hand, [m]. The hand covers faces with a smaller x coordinate (models/README.md).
 HAND = 0.044
-# Cosine above which a face points along the blow (within 60 degrees). The search for a strike keeps to this range.
+# Cosine above which a face points along the blow (within 60 degrees). The search for a strike is restricted to this
+# range.
 ALONG = 0.5
 
 

@@ -38,7 +38,7 @@ class MpcController(SampledSystem):
 
     Input ports:
         belief: Belief about the object, ObjectBelief.
-        goal: Task, which computes the goal, Task.
+        goal: Task of the controller, Task.
         state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].
 
     Output ports:

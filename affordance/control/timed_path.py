@@ -54,7 +54,7 @@ class TimedPath:
         check_fields(self)
 
     def describe_error(self, error: float) -> str:
-        """Describes the distance of a motion from the path, [m]; empty within the tolerance."""
+        """Describes a distance from the path, [m], that exceeds the tolerance; otherwise empty."""
         if error <= self.tolerance:
             return ""
         return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"

@@ -172,10 +172,10 @@ def read(setup: Setup) -> Sequence[Tool]:
     if decoy.appearance != first.appearance:
         raise BadValueError(file, f"tools: {decoy.name}", f"looks unlike {first.name}, must look the same")
     if not np.allclose(decoy.parameters, second.parameters, rtol=SAME_MASS, atol=SAME_MASS):
-        problem = f"is made unlike {second.name}, must have the same inertia"
+        problem = f"has another inertia than {second.name}, must have the same"
         raise BadValueError(file, f"tools: {decoy.name}", problem)
     if np.linalg.norm(first.p_TTcm - second.p_TTcm) < APART:
-        problem = f"has its centre of mass within {APART:g} m of that of {first.name}, must have it elsewhere"
+        problem = f"has its centre of mass within {APART:g} m of that of {first.name}, must be farther away"
         raise BadValueError(file, f"tools: {second.name}", problem)
     check_can_be_held(file, tools, setup.settings)
     return tools

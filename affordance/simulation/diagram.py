@@ -294,7 +294,7 @@ class TrialDiagram:
         times = np.array(log_x.sample_times())
         # If the integrator is changed during a trial, this time is logged twice. The last row is kept.
         rows = np.append(np.diff(times) > 0.0, True)
-        x = np.array(log_x.data().T)[rows]  # a copy, because the next presentation reuses the log
+        x = np.array(log_x.data().T)[rows]  # a copy, because the next trial reuses the log
         q, v = np.split(x, 2, axis=1)
         percept = None
         if samples.rejected:

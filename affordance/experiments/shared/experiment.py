@@ -15,7 +15,7 @@ class Experiment(NamedTuple):
     Attributes:
         run: Function that runs the experiment.
         read: Function that loads and checks the files of the experiment without a simulation.
-        predict: Function that computes the measures of each observer for each learner; None if there is none.
+        predict: Function that computes the measures of each observer for each learner, or None.
         observers: Default number of observers.
         needs: Tasks that the arm must be able to do. The experiment is skipped if the import of the arm reported that
             one of them is impossible.

@@ -142,7 +142,7 @@ def select_columns(lifts: pd.DataFrame) -> pd.DataFrame:
 
 
 def show_kinds(kinds: NDArray[np.intp]) -> pd.Series:
-    """Formats numbers of kinds, with empty cells if the learner has no kinds."""
+    """Formats kind numbers, with empty cells if the learner has no kinds."""
     return pd.Series(kinds, dtype="Int64").replace(0, pd.NA)
 
 

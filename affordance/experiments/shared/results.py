@@ -85,7 +85,7 @@ def write_results(results: Results, name: str, setup: Setup, start: float) -> No
         results: Results.
         name: Name of the experiment, and of its folder within the folder of results.
         setup: Setup of the experiment.
-        start: Time of the start of the run by ``time.perf_counter``, [s].
+        start: Start time of the run, from ``time.perf_counter``, [s].
     """
     folder = setup.out / name
     _warn(name, results.numbers)
