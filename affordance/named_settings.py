@@ -31,7 +31,7 @@ NO_CHANGES: Changes = {}
 _NOISE, _MODEL, _LEARNER = "noise", "model", "learner"
 _NOISE_MODEL = f"{_NOISE}.{_MODEL}"
 _MODEL_SOURCE = (
-    "the just noticeable difference of a force on hand and arm is a fraction of it (docs/decisions/0004-noise.md)"
+    "the just noticeable difference of a force is proportional to the force (docs/decisions/0004-noise.md)"
 )
 
 
@@ -155,7 +155,7 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
         elif is_dataclass(value):
             for model, kind in NOISE_MODELS.items():
                 if path == _NOISE and isinstance(value, kind):
-                    yield NamedSetting(_NOISE_MODEL, model, "", _MODEL_SOURCE, "Model of the errors of torques.")
+                    yield NamedSetting(_NOISE_MODEL, model, "", _MODEL_SOURCE, "Model of torque errors.")
             yield from _walk(value, f"{path}.")
 
 

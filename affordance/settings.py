@@ -31,8 +31,8 @@ _PERIOD, _POSTERIOR_PERIOD = Within(1e-4, 60.0), Within(0.01, 60.0)
 _ACCURACY = Within(1e-11, 1.0)
 _STEP, _CONTACT_STEP = Within(1e-4, 10.0), Within(1e-5, 10.0)
 _SCHEME = OneOf(tuple(GetIntegrationSchemes()))
-_INTEGRATION = "chosen by the table of docs/decisions/0007-integration.md"
-_CONTACT = "chosen by the table of docs/decisions/0013-nail.md"
+_INTEGRATION = "chosen from the table in docs/decisions/0007-integration.md"
+_CONTACT = "chosen from the table in docs/decisions/0013-nail.md"
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class Settings:
         """
         check_fields(self)
         if isinstance(self.noise, WeberNoise) and self.noise.threshold == 0.0:
-            problem = "is 0, must be more than 0: a joint without torque would be felt exactly"
+            problem = "is 0, must be more than 0: the torque of an unloaded joint would have no error"
             raise BadArgumentError("Settings", "noise.threshold", problem)
 
 

@@ -11,7 +11,7 @@ _ARMS = "*.dmd.yaml"
 _FILES = ("materials.yaml", "faults.yaml", "nail.yaml")
 _FOLDERS = ("tools", "paths", "workshop")
 _PACKAGE = "package.xml"
-# References to other files: package://NAME/FILE in robot descriptions, meshes in tools files, and textures.
+# References to other files: URIs and file names in robot descriptions, meshes in tools files, and textures of meshes.
 _DESCRIPTIONS = (".yaml", ".yml", ".sdf", ".urdf", ".xml")
 _URI = re.compile(r"package://[^/\s\"'<>]+/([^\s\"'<>?#]+)")
 _RELATIVE = re.compile(r"(?:<uri>|filename=[\"'])\s*(?!\w+://)([^<\"'\s]+)")

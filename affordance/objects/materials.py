@@ -94,7 +94,9 @@ class MaterialEntry(DataModel):
         float, _FileDensity(_LIGHTEST, DENSITY_MAX), Field(description="Density of the material, [kg/m^3].")
     ]
     density_sd: Annotated[
-        float, Within(0.0, DENSITY_MAX), Field(description="Standard deviation between objects made of it, [kg/m^3].")
+        float,
+        Within(0.0, DENSITY_MAX),
+        Field(description="Standard deviation of density between objects made of the material, [kg/m^3]."),
     ]
     source: Annotated[str, Text(), Field(description="Source of the density.")] = "no source is given"
 

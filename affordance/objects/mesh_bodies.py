@@ -72,7 +72,7 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> tuple[Body, ...]:
     for repair in found.repairs:
         _LOG.warning("%s: %s", path, repair)
     if not all(is_sound(shell.solid) for shell in found.shells):
-        _LOG.warning("%s: surfaces run through themselves: volume that bodies share is counted twice", path)
+        _LOG.warning("%s: a surface intersects itself, so volume that bodies share is counted twice", path)
     return tuple(
         Body(*shell.solid.centre(), shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
         for shell in found.shells

@@ -40,7 +40,7 @@ def build_chain(arm: Arm) -> SerialChain:
     moving = sorted((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start)
     revolute = [joint for joint in moving if isinstance(joint, RevoluteJoint)]
     if others := [joint.name() for joint in moving if not isinstance(joint, RevoluteJoint)]:
-        raise ModelFileError(arm.source, f"has joint {others[0]}, which is not revolute, as all joints must be")
+        raise ModelFileError(arm.source, f"has joint {others[0]}, which is not revolute; all joints must be revolute")
     moved = [set(plant.GetBodiesKinematicallyAffectedBy([joint.index()])) for joint in revolute]
     groups = [own - beyond for own, beyond in zip(moved, [*moved[1:], {arm.tool.index()}], strict=True)]
     tip = arm.tool.body_frame()

@@ -143,7 +143,7 @@ class NailEntry(DataModel):
     wood_specific_gravity: Annotated[float, Within(0.1, 1.3), Field(description="Specific gravity of the wood.")]
     depth_set: Annotated[float, Within(1e-4, 0.3), Field(description="Depth of the nail before the blow, [m].")]
     depth_demanded: Annotated[
-        float, Within(1e-4, 0.3), Field(description="Demanded depth of the nail after the blow, [m].")
+        float, Within(1e-4, 0.3), Field(description="Required depth of the nail after the blow, [m].")
     ]
 
     @model_validator(mode="after")

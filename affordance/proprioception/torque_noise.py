@@ -75,13 +75,13 @@ class WeberNoise(CheckedFields):
     weber_fraction: Annotated[
         float,
         Within(0.0, 1.0),
-        Setting("1", "force felt by hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992)"),
+        Setting("1", "force perception of hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992)"),
     ] = 0.07
     threshold: Annotated[
         float, Within(0.0, 1e3), Setting("N m", "smallest torque felt at the elbow (Kim & Asbeck 2021)")
     ] = 0.097
     independent_samples: Annotated[
-        bool, Setting("", "one measurement per trial was chosen after others had been seen (docs/trust.md)")
+        bool, Setting("", "one measurement per trial was chosen after seeing results of others (docs/trust.md)")
     ] = False
 
     def num_features(self, num_joints: int) -> int:

@@ -239,7 +239,7 @@ def _report_ended[T](results: Iterator[T]) -> Iterator[T]:
     try:
         yield from results
     except BrokenExecutor as error:
-        problem = "a process ended unexpectedly, perhaps for lack of memory; fewer --jobs need less"
+        problem = "a process ended unexpectedly, perhaps for lack of memory; fewer --jobs need less memory"
         raise AffordanceError(problem) from error
 
 

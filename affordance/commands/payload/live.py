@@ -209,7 +209,7 @@ def _use(arguments: argparse.Namespace, program: _Program, source: Iterator[Samp
         raise BadValueError("the stream", "", "ended without a sample, or without one whose numbers are finite")
     if live is None:
         return 0
-    left = f", {live.num_skipped} beliefs left out as it came late" if live.num_skipped else ""
+    left = f", {live.num_skipped} beliefs skipped because computing took too long" if live.num_skipped else ""
     answers.tell(
         arguments, f"{live.num_samples} samples, {live.num_late} skipped (double, late or without numbers){left}"
     )

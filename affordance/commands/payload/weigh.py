@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     is_used = weighing.is_trusted and weighing.shows_mass
     if arguments.write is not None and is_used:
         bodies = spread_moments(weighing.parameters, np.random.default_rng(arguments.seed))
-        note = "moments of inertia are not measured: those of a ball"
+        note = "moments of inertia are not measured but computed for a ball"
         content["written"] = write_payload(arguments.write, bodies, arguments.frame, note=note, draws=arguments.draws)
     give_answer(arguments, "weighing", text, content)
     if arguments.write is not None:

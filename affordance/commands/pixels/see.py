@@ -102,7 +102,7 @@ def _choose_materials(arguments: argparse.Namespace, materials: dict[str, Materi
     if arguments.material is None:
         return (MATERIALS_BY_KIND[arguments.holds] if arguments.holds else UNKNOWN,)
     if arguments.holds is not None:
-        raise BadValueError("--holds", "", "is given together with --material, which is for solid things")
+        raise BadValueError("--holds", "", "is given together with --material, which is for solid objects")
     names = tuple(name.strip() for name in arguments.material.split(","))
     for name in names:
         if name not in materials:
