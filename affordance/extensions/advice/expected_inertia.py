@@ -72,8 +72,7 @@ def expect(
 
     Args:
         tool: Seen object; its true densities are not used.
-        memory: Belief about materials, for example from ``TrialRunner.start_memory`` or a lasting memory's
-            ``recall``.
+        memory: Belief about materials, for example from ``TrialRunner.start_memory`` or ``Ledger.recall``.
         settings: Settings; only the prior of unknown materials is used.
         features: Observed shapes of the parts; None for the shapes and errors of the drawing.
 

@@ -118,7 +118,7 @@ class HoldSamples:
         return self
 
     def draw_own(self, name: str) -> Array:
-        """Draws an object's densities given the mean densities of materials, (S, M), the same in every call."""
+        """Draws an object's densities given the mean densities of materials, (S, M). Draws are cached."""
         if name not in self._own:
             deviation, prior, number = self._prior.deviation, self._prior, self._numbers.get(name)
             own = self.mu + deviation * self.mu * self._rng.standard_normal(self.mu.shape)
@@ -159,7 +159,7 @@ class HoldSamples:
         return Geometry(grip @ geometry.Phi, grip @ geometry.Phi_errors)
 
     def draw_errors(self, name: str) -> Array:
-        """Draws the geometry errors of an object, in standard deviations, (S, G), the same in every call."""
+        """Draws the geometry errors of an object, in standard deviations, (S, G). Draws are cached."""
         if name not in self._errors:
             count = len(self.build_geometry(name).Phi_errors)
             self._errors[name] = self._rng.standard_normal((len(self.mu), count))
@@ -198,7 +198,7 @@ class HoldSamples:
         return felt.find_likelihood(EMPTY_BELIEF.extend(self._prior, size).normals).take(0)
 
     def _find_name(self, number: int) -> str:
-        """Returns the name of a held object, or its number from 1 if it has no name."""
+        """Returns the name of a held object or, without a name, its number, counted from 1."""
         appearance = self._memory.things[number].appearance
         same = (name for name, look in self._looks.items() if is_same_object(appearance, look))
         return next(same, f"object {number + 1}")

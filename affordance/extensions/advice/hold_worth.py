@@ -97,7 +97,7 @@ class Decision(NamedTuple):
         return np.where(usable, self.cost, np.maximum(least, np.where(usable, self.cost, 0.0)))
 
     def mark_best(self) -> Array:
-        """Marks the cheapest feasible option of each sample with 1, (k, S). Ties are divided equally."""
+        """Marks the cheapest feasible option of each sample with 1, (k, S). Equally cheap options share the mark."""
         cost = np.where(self.feasible, self.cost, np.inf)
         least = cost.min(axis=0)
         equal = np.isfinite(cost) & (cost <= least + _TIE * np.abs(least))
@@ -125,7 +125,7 @@ class Worth(NamedTuple):
 
 
 def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
-    """Simulates a measurement of an object for each sample, projected onto directions that depend on materials.
+    """Simulates one torque measurement per sample, and projects it onto directions that are informative of materials.
 
     Args:
         hold: Object.

@@ -1,4 +1,4 @@
-"""Advises which object to hold next before a choice of tools, and when to stop."""
+"""Recommendation of the object to hold next before choosing tools, and stopping rules."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -72,8 +72,8 @@ class OpenDecision(NamedTuple):
         p_possible: Probability that at least one option can do the task.
         alike: Names of grips of the same tool that are equivalent to the chosen grip by symmetry.
         infeasible_reason: Reason why the chosen option is not usable; empty if it is usable.
-        rests_on: Names of held objects without any of which a settled choice would be open. They are computed only
-            if nothing more should be held.
+        rests_on: Names of held objects on which a settled choice depends: without the evidence of any one of them, it
+            would be open. They are computed only if nothing more should be held.
     """
 
     name: str
@@ -91,7 +91,7 @@ class OpenDecision(NamedTuple):
 
     @property
     def is_possible(self) -> bool:
-        """False if the task exceeds all options with probability ``SETTLED`` or more."""
+        """False if the task is infeasible with every option with a probability of at least ``SETTLED``."""
         return self.p_possible > 1.0 - SETTLED
 
     @property
@@ -330,7 +330,7 @@ def _find_supports(
     bounds: GripBounds | None,
     chosen: Sequence[OpenDecision],
 ) -> list[list[Suspicion]]:
-    """Finds the held objects without any of which a settled choice would be open, for each task."""
+    """Finds the held objects on whose evidence each settled choice depends."""
     supports: list[list[Suspicion]] = [[] for _ in questions]
     for suspicion in samples.suspicions:
         samples.draw(_NUM_DOUBTED, suspicion)

@@ -346,7 +346,7 @@ class Ledger:
         with self._reads():
             rows = self._connection.execute("SELECT colour, meant FROM joins ORDER BY rowid").fetchall()
         if not all(is_colour(str(each)) for row in rows for each in row):
-            raise BadValueError(self.place, "joins", f"names something that is no colour, {COLOUR_FORM}")
+            raise BadValueError(self.place, "joins", f"has an invalid colour, {COLOUR_FORM}")
         return rows
 
     def verify(self) -> list[str]:

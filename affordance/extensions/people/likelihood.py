@@ -131,7 +131,7 @@ def _describe(name: str, learner: Learner, participant: Participant) -> FreePara
     median, sd = _PRIORS.get(name, (usual, _KAPPA_SD if name == "kappa" else 1.0))
     is_share = (bound.low, bound.high) == (0.0, 1.0)
     if median <= 0.0 or not math.isfinite(median) or (is_share and median >= 1.0):
-        problem = f"cannot have {name}, whose usual value is {median:g}: a prior needs one above 0"
+        problem = f"cannot have {name}, whose default is {median:g}: the prior needs a default above 0"
         raise BadValueError("--free", "", f"{problem}{' and below 1' if is_share else ''}")
     return FreeParameter(name, median, sd, is_share, max(bound.low, 1e-12 * median), bound.high)
 

@@ -88,9 +88,9 @@ def simulate_pushes(question: Question, place: int, normal: Array) -> Array:
 def compute_statistics(person: Person, names: list[str], pushes: Array) -> Mapping[str, Array]:
     """Computes statistics of pushes, (S, N), by name, (S,) each.
 
-    For each of the most frequent objects, statistics are the first push and the mean of the last quarter. For all
-    objects together, they are the relative SD of pushes about the mean for the object, and the correlation between
-    successive deviations from this mean.
+    Statistics for each of the most frequent objects are the first push and the mean of the last quarter. Statistics
+    over all objects are the relative SD about the mean push for the object, and the correlation between successive
+    deviations from this mean.
     """
     known = np.isfinite(person.pushes)
     objects, pushes = person.objects[known], pushes[:, known]

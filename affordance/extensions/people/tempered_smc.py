@@ -53,7 +53,7 @@ def sample(compute: Callable[[Array], Array], size: int, *, count: int, moves: i
     """Samples the posterior of F parameters.
 
     Args:
-        compute: Function that computes the terms of the log likelihood, (D, ...), of parameters, (D, F).
+        compute: Function that computes the terms of the log likelihood, (D, ...), for D parameter vectors, (D, F).
         size: Number F of parameters.
         count: Number D of draws.
         moves: Number of random-walk steps after each stage.

@@ -73,7 +73,7 @@ def write_psychopy(table: TrialTable, folder: Path) -> str:
         for row, cell in zip(table.numbers, trials[column], strict=True):
             if cell.startswith("[") and cell.endswith("]"):
                 raise BadValueError(
-                    table.source, f"row {row}, {column}", f"is {cell!r}, which PsychoPy would run; omit the brackets"
+                    table.source, f"row {row}, {column}", f"is {cell!r}, which PsychoPy would execute; omit brackets"
                 )
     write_text(folder / f"{name}.csv", trials.to_csv(index=False, lineterminator="\n"))
     write_text(folder / f"{name}.py", render_template(_PACKAGE, "psychopy.py.j2", escapes=False))
@@ -103,9 +103,7 @@ def write_bids(table: TrialTable, folder: Path) -> str:
     for name in table.participants:
         label = f"sub-{re.sub(r'[^A-Za-z0-9]', '', name)}"
         if label == "sub-" or label in labels.values():
-            problem = (
-                f"has {name!r}, which BIDS would call {label!r}; letters and digits must tell participants apart"
-            )
+            problem = f"has {name!r}, whose BIDS label would be {label!r}; labels must be different"
             raise BadValueError(table.source, "participant", problem)
         labels[name] = label
     recorded = [each for each in RECORDED if each != "chosen" or (trials["do"] == "choose").any()]

@@ -144,7 +144,7 @@ def run_lifts(
         setup: Setup of the experiment.
         tools: Objects.
         design: Function that draws the trials of an observer.
-        learners: Learners; if empty, the built-in learners and the learner of the settings.
+        learners: Learners; empty for the built-in learners and the learner of the settings.
 
     Returns: Table with one row per lift and the columns of ``select_columns``, including ``weight``, [N]; ``mass``,
         [kg]; ``size``, the volume, [m^3]; ``force``, the upward force before release, [N]; ``expected``, [kg];
@@ -188,7 +188,7 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
             "--vision", "", f"is 'pixels', must be 'features' for {name}, whose lifts are in closed form"
         )
     if settings.faults != NO_FAULTS:
-        problem = f"is given, must be omitted for {name}, whose lifts in closed form support none"
+        problem = f"is given, must be omitted for {name}, whose closed-form lifts do not support faults"
         raise BadValueError("--fault", "", problem)
     check_can_be_held(Path(name), tools, settings)
 

@@ -191,7 +191,7 @@ def compute_effects(contrasts: Sequence[PlannedContrast], lifts: pd.DataFrame) -
 def describe_effects(contrast: PlannedContrast, effects: Mapping[str, Effect]) -> str:
     """Describes the effects of a contrast in one sentence, with a t test for human participants."""
     if not effects:
-        return f"{contrast.text}: fewer than two persons, so nothing can be said; --repeats N simulates more."
+        return f"{contrast.text}: fewer than two persons, too few for an effect; --repeats N simulates more."
     parts = []
     for who, effect in effects.items():
         text = f"{who} {effect.mean:.3g} N [{effect.low:.3g}, {effect.high:.3g}]"

@@ -39,8 +39,8 @@ def collect_evidence(
         table: Table below the object.
         camera: Camera.
         X_CW: Pose of W in C, (4, 4).
-        order: Random number of each pixel, (height, width), which determines the sampled readings and rays. One pixel
-            more or less in the mask changes at most one of them.
+        order: Random number of each pixel, (height, width), which determines the sampled readings and rays. Adding a
+            pixel to the mask changes at most one of them.
     """
     is_read = np.isfinite(points[..., 2])
     square = np.ones((3, 3), np.uint8)

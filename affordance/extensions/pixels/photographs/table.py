@@ -75,7 +75,7 @@ def find_table(points: Array, place: Array, order: Array, rng: np.random.Generat
     best = int(np.argmax(share_on - share_below))
     if share_on[best] < _LEAST_SHARE:
         raise _complain(
-            points, f"shows no table: {100 * share_on[best]:.0f} % of the readings around are on one plane"
+            points, f"shows no table: {100 * share_on[best]:.0f} % of the readings around the object are on one plane"
         )
     on = near[np.abs(heights[best]) < _NEAR]
     return _fit_plane(on)
