@@ -132,9 +132,9 @@ class _Fit(NamedTuple):
 
 
 def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _Fit:
-    """Fits joint signals with own-weight torque, load-dependent friction, friction and an offset.
+    """Regresses joint signals, (N, n), on own-weight torque, friction and an offset.
 
-    The signals have shape (N, n).
+    The friction terms are Coulomb, viscous and proportional to the load.
     """
     torque = robot.compute_arm_torques(*thin.motion)
     n = torque.shape[1]
@@ -160,7 +160,7 @@ def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _F
 
 
 def _build_friction(v: Array) -> Array:
-    """Builds the regressor of friction and offset from a joint's velocities, (N,), with shape (N, 3)."""
+    """Builds the regressor of Coulomb friction, viscous friction and offset, (N, 3), from velocities, (N,)."""
     return np.column_stack([np.sign(v), v, np.ones_like(v)])
 
 

@@ -173,7 +173,7 @@ def find_doubts(
 
 
 def compare_with_own_weight(robot: SerialChain, run: Run, settings: IdentificationSettings) -> OwnWeight:
-    """Fits joint signals with the torques due to the arm's own weight. The description defines gravity."""
+    """Fits joint signals with the torques due to the arm's own weight, for the gravity in the run's description."""
     robot = robot.with_gravity(run.description.gravity)
     prepared = prepare(run, settings)
     torque = robot.compute_arm_torques(*prepared.motion)
@@ -328,7 +328,7 @@ def _find_stuck(run: Run) -> Iterator[str]:
 def _judge_fit(
     robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Tests gains, residuals and the agreement of both halves of a run with joint signals.
+    """Tests the fit of a run with joint signals: gains, residuals, and agreement of both halves.
 
     Yields one sentence per doubt.
     """
@@ -363,7 +363,7 @@ def _judge_fit(
 def _judge_wrench(
     loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Tests tare, mass, gains, residuals and the agreement of both halves of a run with wrist forces.
+    """Tests the fit of a run with wrist forces: tare, mass, gains, residuals, and agreement of both halves.
 
     Yields one sentence per doubt.
     """

@@ -1,7 +1,7 @@
 """Writes an identified payload as URDF, SDF, MJCF or JSON.
 
-Numbers are written with all digits. The frame of the link is the frame of the identification. This module does not
-import Drake.
+Numbers are written with all digits. The frame of the link is the tip frame of the identification. This module does
+not import Drake.
 """
 
 import json
@@ -65,7 +65,7 @@ def check_target(path: Path | None, draws: int) -> None:
     """Checks the options ``--write`` and ``--draws``.
 
     Raises:
-        BadValueError: The suffix is not that of a supported format, or the number of draws is out of bounds.
+        BadValueError: No format has the file's suffix, or the number of draws is out of bounds.
     """
     if path is None and draws:
         raise BadValueError("--draws", "", f"is {draws}, must be given with --write FILE")

@@ -108,7 +108,7 @@ class IdentificationSettings:
     """Settings of one identification.
 
     Attributes:
-        floor: True to add model errors that do not average out to the uncertainty.
+        floor: True to widen the posterior by model errors that do not average out.
         correlated_noise: True to estimate the correlation of neighbouring errors; False to assume independent errors.
         signal_prior: Prior of the signal; None for the prior of its kind.
         load_friction_drift: Standard deviation of the drift of mu from run to run, after calibration.

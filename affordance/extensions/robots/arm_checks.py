@@ -183,8 +183,8 @@ def _suggest(option: str, unit: str, chain: Chain, lacking: Sequence[int]) -> st
 def gather(faults: Iterable[tuple[str, str, str, str]]) -> list[tuple[str, str, str]]:
     """Groups faults whose problems differ only in their numbers.
 
-    A fault consists of element and name, problem, and remedy. The first fault of each group is returned, with the
-    names of the others.
+    A fault is a tuple of element, name, problem and remedy. The first fault of each group is returned, with the names
+    of the others.
     """
     kinds: dict[tuple[str, str, str], list[tuple[str, str]]] = {}
     for element, name, problem, way_out in faults:

@@ -1,4 +1,4 @@
-"""Contents of a robot's file that Drake does not keep, in one form for all formats."""
+"""Stores contents of a robot's file that Drake discards, in the same form for all formats."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -52,7 +52,7 @@ class Mimic(NamedTuple):
 
 
 class JointNotes(NamedTuple):
-    """Data of a joint that Drake does not keep, unlike axis, range, velocity limit and damping.
+    """Data of a joint that Drake does not store. Drake stores axis, range, velocity limit and damping.
 
     Impossible velocity limits, dampings and rotor inertias are stored here, because options may replace them.
     """

@@ -99,7 +99,7 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
 
 
 def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance) -> list[_Part]:
-    """Loads the parts of a mesh with their colours, in the link's frame. Failures are remarked."""
+    """Loads the parts of a mesh with their colours, in the link's frame. Failures are added to the remarks."""
     file = find_mesh_file(shape.mesh, path)
     if file is None:
         appearance.remarks.append(f"the mesh {shape.mesh} was not found")

@@ -312,7 +312,7 @@ def _remark_loops(robot: Description, model: Any) -> None:
 
 
 def _read_visuals(model: Any, index: int) -> Iterator[Visual]:
-    """Reads the simple shapes of a body that are drawn."""
+    """Reads the visible simple shapes of a body."""
     first = int(model.body_geomadr[index])
     for k in range(first, first + int(model.body_geomnum[index])):
         kind, size = _SHAPES.get(int(model.geom_type[k])), model.geom_size[k]

@@ -92,9 +92,9 @@ class ErrorModel(NamedTuple):
         The estimate is the sum of squared block sums of the residual divided by the number of samples. This equals
         the variance of a sample times the number of samples that share its error. If the sensor drifts, the estimate
         is multiplied by the number of blocks that share an error, which follows from the correlation of neighbouring
-        blocks. It is at least the variance with correlation by the filter alone, and at least the variance of earlier
-        runs. If a channel has no more independent samples than fitted unknowns, its residual is uninformative, and
-        the whole signal may be error. For postures see ``estimate_variance_at_rest``.
+        blocks. The result is at least the variance if only the filter correlates errors, and at least the variance of
+        earlier runs. If a channel has no more independent samples than fitted unknowns, its residual is
+        uninformative, and the whole signal may be error. For postures see ``estimate_variance_at_rest``.
 
         Args:
             statistics: Sums over the run.
@@ -164,7 +164,7 @@ class Evidence:
     notes: tuple[str, ...] = ()  # findings of the analysis, in words
 
     def select(self, rows: slice) -> "Evidence":
-        """Returns the evidence with some rows of the run."""
+        """Selects samples of the run by their rows."""
         return replace(
             self,
             prepared=self.prepared.select(rows),

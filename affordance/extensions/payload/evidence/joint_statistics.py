@@ -46,14 +46,14 @@ class ChannelSamples(NamedTuple):
     ) -> "ChannelSamples":
         """Builds the samples of joints. Samples slower than the minimum speed, [rad/s], are not used.
 
-        The load has the sign of the arm's own torque, (N, n), even if this torque was subtracted from the signal.
+        The load is assumed to have the sign of the arm's own torque, (N, n), even if this torque was subtracted.
         """
         direction = np.sign(v)
         sign = direction * np.sign(arm_torque)
         return cls(Y, arm_torque, sign, direction, v, vdot, signal, np.abs(v) >= min_speed)
 
     def select(self, rows: Mask | slice) -> "ChannelSamples":
-        """Returns the samples in some rows."""
+        """Selects samples by their rows."""
         return self._replace(**{name: values[rows] for name, values in self._asdict().items()})
 
     def build_columns(self) -> Array:

@@ -42,7 +42,7 @@ def build_phantom_covariance(mass_sd: float) -> Array:
 
 
 def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
-    """Projects errors of the links onto the payload with least squares for a motion.
+    """Computes the covariance of the apparent payload due to link errors, by least squares along a motion.
 
     Args:
         robot: Arm.
@@ -59,7 +59,7 @@ def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: Chan
 
 
 def project_pulls(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Projects an external pull onto the payload with least squares for a motion.
+    """Computes the covariance of the apparent payload due to an external pull, by least squares along a motion.
 
     A cable or hose pulls in a constant direction at one link of the outer half of the arm. All of these links are
     equally probable, so that several lever arms are possible.
@@ -78,7 +78,7 @@ def project_pulls(robot: SerialChain, prepared: PreparedRun, samples: ChannelSam
 
 
 def _project(samples: ChannelSamples, columns: Array) -> Array:
-    """Computes the payloads that fit torques, (N, C, K), best in least squares, (10, K)."""
+    """Computes the payloads that best fit torques, (N, C, K), in least squares, shape (10, K)."""
     Y = (samples.Y * samples.used[..., None]).reshape(-1, NUM_PARAMETERS)
     broad = np.linalg.inv(build_phantom_covariance(_BROAD_MASS))
     torques = (columns * samples.used[..., None]).reshape(len(Y), -1)
@@ -90,7 +90,7 @@ def estimate_phantom_mass(stretches: list[Quadratic]) -> float:
     """Estimates the SD of the phantom's mass from empty stretches, [kg].
 
     Each stretch has the likelihood p(signals | delta) with delta ~ N(0, s^2 C). The result is the root mean square of
-    s under its posterior, which is larger for few stretches.
+    s under its posterior, which is larger if there are few stretches.
     """
     sizes = np.geomspace(_SMALLEST, _LARGEST, _NUM_SIZES)
     log_evidence = np.zeros(_NUM_SIZES)
@@ -109,7 +109,8 @@ def estimate_sizes(
 ) -> tuple[float, float]:
     """Estimates the SD of the phantom's mass, [kg], and the unexplained share of friction.
 
-    Both are root mean squares under their joint posterior, with log-uniform priors, and are larger for few stretches.
+    Both are root mean squares under their joint posterior, with log-uniform priors. They are larger if there are few
+    stretches.
 
     Args:
         list_stretches: Function that builds the likelihoods of the empty stretches for a share.

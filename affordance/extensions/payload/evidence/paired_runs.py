@@ -195,7 +195,7 @@ def _measure_motion(run: Run) -> float:
 def _sample_velocity(run: Run, step: float) -> Array:
     """Computes velocities from angles at evenly spaced times, with zero for an arm at rest.
 
-    Matching velocities compares motions, not postures or noise.
+    Velocities are matched instead of angles, so that motion decides and not the postures at rest.
     """
     times = np.arange(run.times[0], run.times[-1], step)
     v = np.gradient(resample(times, run.times, run.q), step, axis=0)

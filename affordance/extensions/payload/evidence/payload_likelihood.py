@@ -1,8 +1,8 @@
 """Likelihood of the ten parameters, with all other unknowns integrated out.
 
-Given the load, all other unknowns (gain, load friction and friction of each channel) are linear in the signal and
-have normal priors. Their integral therefore has a closed form, however uncertain they are, and no term is linearised.
-It costs a few products of small matrices for a thousand loads at once.
+Given the load, the signal is linear in all other unknowns (gain, load friction and friction of each channel), which
+have normal priors. Their integral therefore has a closed form, however uncertain they are. It costs a few products of
+small matrices for a thousand loads at once.
 
 Gains change from run to run, so part of the arm's torque remains after subtraction. The change of each channel's gain
 is treated like one more friction term. A change common to all channels is integrated out last.
@@ -184,7 +184,7 @@ class PayloadLikelihood:
     def _linearise_channels(self, pi: Array) -> tuple[Array, Array]:
         """Computes curvature, (C, 11, 11), and gradient, (C, 11), of each channel's log L at a load.
 
-        The last unknown is u, the gain change common to all channels, at u = 0.
+        The last unknown is u, the gain change common to all channels, which is zero at this point.
         """
         at = self._condition(pi)
         gain, _ = self._estimate_gains(at)

@@ -3,7 +3,7 @@
     [f; n] = W pi + offset + error
 
 Here pi is the whole load on the sensor. There are no joints between sensor and load. A run with an empty hand (the
-tare) determines the empty hand (gripper, cables) and the sensor's offset, with their uncertainty.
+tare) determines the load of the hand (gripper, cables) and the sensor's offset, with their uncertainty.
 """
 
 from collections.abc import Sequence

@@ -182,7 +182,7 @@ _IS_COM = np.isin(np.arange(10), (1, 2, 3))
 
 
 def fill_signal(statistics: JointStatistics, gain: Array, pi: Array, *, has_arm: bool = True) -> JointStatistics:
-    """Computes the sums that include the error-free signal of a load.
+    """Replaces the signal in the sums of products with the error-free signal of a load.
 
     The gains g and h have shape (n, 2). ``has_arm`` is False if the arm's torque was subtracted from the signal.
     """

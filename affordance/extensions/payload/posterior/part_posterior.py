@@ -3,8 +3,8 @@
     pi = Phi rho + delta,    delta ~ N(0, C)
 
 Phi is the geometry of the seen parts. The discrepancy delta consists of an unseen mass of either sign (a screw, a
-cavity) anywhere in the parts' bounding box, and of errors of the measured geometry. The run is a likelihood of rho,
-which updates the densities of materials as a simulated hold does. Physically inconsistent samples are discarded.
+cavity) anywhere in the parts' bounding box, and of errors of the measured geometry. The run gives a likelihood of
+rho, which updates the densities of materials as a simulated hold does. Physically inconsistent samples are discarded.
 """
 
 from dataclasses import dataclass, replace

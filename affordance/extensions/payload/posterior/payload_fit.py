@@ -140,8 +140,8 @@ def spread_gains(fit: PayloadFit) -> Array:
     Args:
         fit: Fit with the stated gains.
 
-    Returns: Equally probable quantiles of the variance relative to the stated variance, shape (_NUM_VARIANTS,); all
-        one without a wrist sensor.
+    Returns: Equally probable quantiles of the variance relative to the stated variance, shape (_NUM_VARIANTS,); ones
+        without a wrist sensor.
     """
     if fit.evidence.kind is not SignalKind.WRENCH:
         return np.ones(_NUM_VARIANTS)
@@ -187,7 +187,7 @@ def estimate_changes(fit: PayloadFit, solid: SolidPrior, settings: Identificatio
 
     Body and variances are fitted again together with the changes. The errors of the changes include the uncertainty
     of body and phantom payload. A variance estimated from n errors is multiplied by n / (n - 2), as for Student's t,
-    unless earlier runs bound it.
+    unless earlier runs give a lower bound.
 
     Returns: The relative changes, shape (C,), and the covariance, (C, C), expected from errors and usual changes.
     """

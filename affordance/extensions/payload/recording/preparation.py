@@ -49,7 +49,7 @@ class PreparedRun(NamedTuple):
         return float(1.0 / (self.times[1] - self.times[0]))
 
     def select(self, rows: slice | NDArray[np.intp]) -> "PreparedRun":
-        """Returns the samples in some rows."""
+        """Selects samples by their rows."""
         return self._replace(**{name: getattr(self, name)[rows] for name in self._fields if name != "cutoff"})
 
 

@@ -239,8 +239,8 @@ class Run:
     def measure_overlap(self, other: "Run") -> float:
         """Computes the share of this run's samples that also occur in another run, at any time.
 
-        Angles must agree to a thousandth of a radian and signals to a thousandth of their range. Rounding is seldom
-        larger and noise nearly always is, so two recordings of the same motion hardly overlap.
+        Angles must agree to a thousandth of a radian and signals to a thousandth of their range. Rounding errors are
+        usually smaller and noise is usually larger, so two recordings of the same motion hardly overlap.
         """
         step = np.concatenate(
             [np.full(self.q.shape[1], _SAME), _SAME * np.maximum(np.ptp(other.signal, axis=0), 1e-9)]

@@ -1,8 +1,8 @@
 """Description of a run's table: the small YAML file next to it.
 
-joints: [shoulder_pan_joint, ...]      # in the order of the columns; a ROS bag names them itself
+joints: [shoulder_pan_joint, ...]      # in the order of the columns; not needed for a ROS bag
 signal: current                        # or joint_torque, motor_torque, wrench; inferred from the columns if omitted
-files: [run_1.csv, run_2.csv]          # parts of one recording with one clock; this file is then given as the run
+files: [run_1.csv, run_2.csv]          # parts of one recording with one clock; pass this file as the run
 tip: tool0                             # link that carries the payload, or the wrist sensor
 base: base_link
 gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
@@ -10,13 +10,13 @@ columns: ur_rtde                       # or libfranka, standard, a list of names
 # columns: {time: stamp, q: "pos_{}", current: [i_base, i_shoulder]}   # the log's own names; {} is the joint's number
 units: {time: s, q: rad, v: rad/s, current: A}
 compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal;
-#                                        gravity: only the part due to gravity, so that inertia is still in it
+#                                        gravity: the controller has subtracted only the gravity torque
 compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.0017]}
 reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
 force_on: object                       # or robot: the body on which the wrench acts
 wrench_axes: sensor                    # or base: the axes along which force and torque about the sensor are given
-postures: true                         # each row is a posture in which the arm was held at rest; no time is needed
+postures: true                         # the arm was held at rest in each row; no time is needed
 skip_rows: 2                           # number of rows above the table
 topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
 """

@@ -189,7 +189,7 @@ def _are_postures(
 
 
 def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
-    """Suggests a line of the description that names a missing column, from the log's own names."""
+    """Suggests a line for the description that maps columns of the log to a missing column."""
     if missing == "time":
         likely = [name for name in names if _TIME.search(name)]
         if not likely:

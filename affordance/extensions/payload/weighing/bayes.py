@@ -13,7 +13,7 @@ _STEP = float(np.log(_RELATIVE[1] / _RELATIVE[0]))
 
 
 class Regression(NamedTuple):
-    """Posterior of the coefficients: a mixture of normals over C grid cells of prior SDs and error SDs."""
+    """Posterior of the coefficients: a mixture of C normals, one per grid cell of prior SDs and error SD."""
 
     log_evidence: float
     weights: Array  # probabilities of the cells, shape (C,)

@@ -1,7 +1,7 @@
 """Computes mass and centre of mass of a load on a force-torque sensor, from poses at rest.
 
-No robot file is needed. The axes and the sign of the wrench, and the direction of the rotations, are chosen by their
-evidence.
+No robot file is needed. Bayes factors decide which axes and sign the wrench has, and if the orientations are
+inverted.
 """
 
 from collections.abc import Sequence

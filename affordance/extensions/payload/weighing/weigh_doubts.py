@@ -67,7 +67,10 @@ def find_doubts(poses: Poses, model: WrenchModel, fits: tuple[Regression, Regres
 
 
 def check_torques(model: WrenchModel) -> list[str]:
-    """Detects torques that vary more than any load's, because of another unit or exchanged columns."""
+    """Detects variations of torque that are too large for any load.
+
+    Causes are a wrong unit or exchanged columns.
+    """
     force, torque = (float(each.reshape(-1, 3).var(axis=0).sum()) for each in model.signals)
     lever = np.sqrt(torque / max(force, _NOISE**2))
     said = f"torques vary as those of a load {lever:.0f} m away: their unit or columns are wrong"
@@ -124,7 +127,10 @@ def _check_lengths(poses: Poses) -> list[str]:
 
 
 def _describe_turn(M: Array) -> str:
-    """Describes the rotation in forces that are M, (3, 3), times the load's forces. Empty if M is no rotation."""
+    """Describes the rotation in a matrix M, (3, 3), that maps the load's forces to the measured forces.
+
+    The text is empty if the rotation is small.
+    """
     turn = Rotation.align_vectors(M.T, np.eye(3))[0].as_rotvec()
     angle = float(np.degrees(np.linalg.norm(turn)))
     if angle < _ANGLE:

@@ -47,7 +47,10 @@ class Interpretation(NamedTuple):
 
 
 class WrenchModel(NamedTuple):
-    """Regressor columns of force and torque: mass or first moment, gains (about a first fit), and offsets."""
+    """Linear models of force and torque with unknown load, gains and offsets.
+
+    Gains multiply the load's contribution in a first fit.
+    """
 
     columns: tuple[Array, Array]  # shapes (3 N, 7) and (3 N, 9)
     signals: tuple[Array, Array]  # (3 N,) each
