@@ -102,11 +102,10 @@ _COMPARISON_RATE = 25.0
 # Residual relative to the load's signal above which other interpretations are tested; for heavy loads it is 0.02 to
 # 0.4.
 _LARGE_RESIDUAL = 0.5
-# Least load torque at which a joint is informative about the load, as a share of the largest load torque of any
-# joint.
+# Smallest load torque, relative to the largest of any joint, at which a joint is informative about the load.
 _LEAST_LOAD_TORQUE = 0.05
-# Largest share of the variation of a wrist sensor's forces, or moments, that may remain unexplained: an assumption.
-# Smaller residuals than these, [N] and [N m], are never reported, because a light load may be within the drift.
+# Largest unexplained share of the variation of a wrist sensor's forces, or moments: an assumption. Residuals below
+# the second pair, [N] and [N m], are never reported, because a light load may be smaller than the drift.
 _MOST_WRENCH_RESIDUAL, _WRENCH_DRIFT = 0.5, (1.0, 0.2)
 # Largest relative error of the mass from each half of a run at which the gains are accepted, and the same in standard
 # deviations. The errors of the UR10e's halves are below 0.4 %. The second limit also applies to the weight of an

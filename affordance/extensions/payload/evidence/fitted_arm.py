@@ -22,7 +22,7 @@ from affordance.plant.serial_chain import SerialChain
 
 CELL = 0.5  # [s]
 # Relative SD of the link masses in a file, and the length that converts it to SDs of first moments and moments of
-# inertia, [m]. Files are accurate to some ten per cent. Prediction errors of a Panda's empty run hardly depend on
+# inertia, [m]. Files are accurate to about ten per cent. Prediction errors of a Panda's empty run hardly depend on
 # this value from 0.1 to 1.
 _SHARE, _LENGTH = 0.3, 0.2
 # Number of friction columns: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.

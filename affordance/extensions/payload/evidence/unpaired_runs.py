@@ -1,6 +1,6 @@
 """Builds evidence with a model of the empty arm, fitted to empty runs or taken from the arm's file.
 
-Inertias in files are wrong by some ten per cent, and a wrist that is a hundred grams heavier than in its file looks
+Inertias in files are wrong by about ten per cent, and a wrist that is a hundred grams heavier than in its file looks
 like a load of a hundred grams. The uncertainty of the links is therefore projected onto the payload.
 """
 

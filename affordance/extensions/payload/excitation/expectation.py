@@ -33,7 +33,7 @@ from affordance.plant.serial_chain import ChainDynamics, SerialChain
 # Errors of joint torques if no gains file is given: square root of the long-run variance density divided by the
 # torque limit, [sqrt(s)]. It is .0015 to .006 for a Panda's joints and .0008 to .0013 for a UR10e's joints.
 _ERROR = 0.002
-# Number of bodies over which a prediction is averaged, and the relative range of their masses.
+# Number of bodies over which a prediction is averaged, and the relative SD of their masses.
 _NUM_BODIES, _MASS_SD = 4, 0.1
 
 

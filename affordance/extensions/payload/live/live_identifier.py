@@ -1,8 +1,8 @@
 """Identifies the payload of a running robot, sample by sample.
 
-Each belief is the result of ``infer`` for the rows since the last change of load. Sums over all earlier rows are not
-used, because errors of the arm's model do not average out. The final answer is the result of ``identify`` for the raw
-rows.
+Each belief is the result of ``infer`` for the rows since the last change of load, of at most a minute. Sums over
+longer times are not used, because errors of the arm's model do not average out. The final answer is the result of
+``identify`` for the raw rows.
 """
 
 import bisect
@@ -40,7 +40,7 @@ _FARTHEST = 4.0 * np.pi  # largest joint angle, as in a recording, [rad]
 _RESET = 1.0  # backward step of the time stamps that counts as a clock reset, not as a late sample, [s]
 _BATCH, _EACH = 0.1, 1.0  # time between filter updates, and between beliefs, [s]
 _LONGEST = 60.0  # longest part of a segment that is used, the newest, [s]
-_SHORTEST = 1.5  # least duration of rows for a belief, [s]
+_SHORTEST = 1.5  # shortest stretch from which a belief is inferred, [s]
 _STILL = 4  # number of newest cells without motion after which the arm is at rest
 _NUM_SAMPLES, _FEW = 2000, 500  # samples of a belief; fewer with light loads, where annealing is slow
 _LITTLE = 0.05  # lower end of the mass interval below which little or nothing may be held, [kg]
