@@ -19,6 +19,8 @@ STOCK, PIECE = MODELS / "workshop" / "blanks.yaml", "bar of oak"
 MASS = 0.550
 # Trials from the memory of a learner that was given recordings of all pieces of stock.
 TRIALS = _FOLDER / "trials.jsonl"
+# Longest command on one line, [characters], and what separates the options of a longer one.
+_WIDTH, _BREAK = 76, " \\\n      --"
 
 
 def check_alone(arguments: argparse.Namespace, names: Mapping[str, str]) -> None:
@@ -37,9 +39,10 @@ def check_alone(arguments: argparse.Namespace, names: Mapping[str, str]) -> None
 
 
 def announce(arguments: argparse.Namespace, *commands: Sequence[object]) -> None:
-    """Prints the commands that a demonstration runs."""
+    """Prints the commands that a demonstration runs; a long command has each option on its own line."""
     lines = ["Demonstration on simulated recordings from the package. It runs"]
-    lines += [f"    {shlex.join(map(str, ('affordance', *command)))}" for command in commands]
+    joined = [shlex.join(map(str, ("affordance", *command))) for command in commands]
+    lines += [f"    {command if len(command) <= _WIDTH else command.replace(' --', _BREAK)}" for command in joined]
     tell(arguments, "\n".join([*lines, ""]))
 
 

@@ -29,8 +29,8 @@ def run(arguments: argparse.Namespace) -> int:
     address = show.scene.page.address
     hosts = [urlsplit(each).netloc for each in show.scene.addresses]
     tunnels = " ".join(f"-L {host}:{host}" for host in hosts)
-    print(f"Watch {arguments.experiment} at {address} (Ctrl-C ends it)", end="; ")
-    print(f"from another machine first: ssh {tunnels} {socket.gethostname()}", flush=True)
+    print(f"Watch {arguments.experiment} at {address} (Ctrl-C ends it).")
+    print(f"From another machine, first run\n    ssh {tunnels} {socket.gethostname()}", flush=True)
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         webbrowser.open_new_tab(address)
     try:
