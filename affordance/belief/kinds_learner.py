@@ -82,11 +82,13 @@ class Kinds(Learner):
             float,
             Within(0.0, 10.0),
             Setting(
-                "1", "none; .07, as for a felt weight, was proposed after groups that are now held out had been seen"
+                "1", "no drift; 0.07, as for felt weight, was proposed only after the held-out groups had been seen"
             ),
         ] = 0.0
         spread: Annotated[
-            float, _POSITIVE, Setting("1", "not fitted; kappa was fitted with it (docs/decisions/0026-kinds.md)")
+            float,
+            _POSITIVE,
+            Setting("1", "not fitted; kappa was fitted given this value (docs/decisions/0026-kinds.md)"),
         ] = 2.0
 
     def __init__(self, pick: Pick | str = Pick.MAP, **parameters: Any) -> None:

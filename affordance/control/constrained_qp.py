@@ -1,8 +1,8 @@
 """Quadratic program for minimum joint acceleration within limits (the problem is defined in mpc.py).
 
 The decision variables are accelerations; angles and rates after each step are linear functions of them. Few of the
-many limits of angle and rate become active. A limit is therefore added only after a solution without it has violated
-it. A solution that violates no further limit is the optimum of the full program. If no plan satisfies all limits, for
+many limits of angle and rate become active. A limit is therefore added only if the previous solution violates it.
+A solution that violates no further limit is the optimum of the full program. If no plan satisfies all limits, for
 example because the arm is already beyond a limit, a linear program first finds the smallest violation.
 """
 

@@ -32,7 +32,7 @@ class MpcSettings(CheckedFields):
     goal_weight: Annotated[
         float,
         Within(1e-6, 1e18),
-        Setting("1", "the goal is missed by a millionth of the way (docs/decisions/0005-controller.md)"),
+        Setting("1", "the error is a millionth of the distance to the goal (docs/decisions/0005-controller.md)"),
     ] = 1e6
     always_program: Annotated[
         bool, Setting("", "the closed form gives the same plan (docs/decisions/0005-controller.md)")

@@ -84,7 +84,7 @@ class MpcController(SampledSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(control_period, 0.0, self._update)
 
     def get_counts(self, context: Context) -> ControlCounts:
-        """Returns the numbers of control periods with an active limit, and with a failed solver."""
+        """Returns the numbers of control periods with an active limit, and without a new plan."""
         limited, failed = context.get_discrete_state(self._counts).value()
         return ControlCounts(int(limited), int(failed))
 

@@ -31,9 +31,9 @@ def gain_experience(setup: Setup, tools: Sequence[Tool]) -> xr.Dataset:
     """Simulates observers that hold each object several times in random order.
 
     Returns:
-        Dataset with the memories as JSON text before the first trial and after each trial, ``memories`` (observer,
-        moment), the index of the held object, ``object`` (observer, trial), outliers, ``outlier`` (observer, trial),
-        and the variables of ``describe_holds`` (observer, trial).
+        Dataset with ``memories`` (observer, moment), JSON texts before the first trial and after each trial;
+        ``object`` (observer, trial), the index of the held object; ``outlier`` (observer, trial), True for outlier
+        trials; and the variables of ``describe_holds`` (observer, trial).
     """
     data = run_observers("experience", setup, observe, tuple(tools))
     outliers = int(data.outlier.sum())
