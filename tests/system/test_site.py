@@ -210,7 +210,7 @@ def test_every_key_of_a_shipped_file_stands_in_the_page_of_formats():
 def test_keys_of_files_come_with_units():
     formats = generated.list_formats()
     for row in (
-        "| `semi_axes` | list of 3, each a number from 0.0001 to 1 |  | An ellipsoid: half the lengths along its own",
+        "| `semi_axes` | list of 3, each a number from 0.0001 to 1 |  | Semi-axes of an ellipsoid, [m]. |",
         "| `density` | number from 12 to 25000 | must be given | Density of the material, [kg/m^3]. |",
     ):
         assert row in formats
