@@ -103,7 +103,7 @@ def write_bids(table: TrialTable, folder: Path) -> str:
     for name in table.participants:
         label = f"sub-{re.sub(r'[^A-Za-z0-9]', '', name)}"
         if label == "sub-" or label in labels.values():
-            problem = f"has {name!r}, whose BIDS label would be {label!r}; labels must be different"
+            problem = f"has {name!r}, which BIDS would call {label!r}; BIDS labels must be different"
             raise BadValueError(table.source, "participant", problem)
         labels[name] = label
     recorded = [each for each in RECORDED if each != "chosen" or (trials["do"] == "choose").any()]
