@@ -145,7 +145,7 @@ def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> x
 
 
 def _hold_all(world: World, tools: Sequence[Tool], seen: Sequence[_Seen], summarise: Summarise, judge: Judge) -> Held:
-    """Computes trajectories of all observers with all objects. They are simulated if interpolation affects claims."""
+    """Computes trajectories of all observers with all objects, without interpolation if its errors affect claims."""
 
     def compute(heights: Sequence[Array]) -> dict[str, Any]:
         return {name: value for name, value in summarise(heights).items() if name not in _LEFT_OUT}

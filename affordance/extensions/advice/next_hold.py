@@ -91,7 +91,7 @@ class OpenDecision(NamedTuple):
 
     @property
     def is_possible(self) -> bool:
-        """False if the task is infeasible with every option with a probability of at least ``SETTLED``."""
+        """False if all options are infeasible with a probability of at least ``SETTLED``."""
         return self.p_possible > 1.0 - SETTLED
 
     @property
@@ -304,7 +304,7 @@ def _rank(
 
 
 def _decide(question: Question, samples: HoldSamples, criterion: Criterion, bounds: GripBounds | None) -> Decision:
-    """Computes the costs of all options of a task for the samples."""
+    """Computes the costs of all options of a task for each sample."""
     parameters: dict[str, Array] = {}
     for option in question.choice.options:
         if option.object_name not in parameters:

@@ -150,7 +150,7 @@ class Experience(NamedTuple):
 
 
 class Ledger:
-    """Persistent memory of evidence about felt objects; see ``open_memory``.
+    """Lasting memory of evidence about felt objects; see ``open_memory``.
 
     Example:
         >>> from affordance import MODELS, Selection, TrialRunner, load_tools, open_memory
@@ -275,7 +275,7 @@ class Ledger:
             return Experience(start_memory(learner).remember(lifts, prior), tuple(things.values()))
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
-        """Lists the selected trials in chronological order, with colours as seen.
+        """Lists the selected trials in chronological order, without replacing joined colours.
 
         Raises:
             BadArgumentError: A time of the selection is invalid, or the id of a trial is too short.
@@ -450,7 +450,7 @@ class Ledger:
 
 
 def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
-    """Opens a persistent memory, which is a ledger of evidence about felt objects.
+    """Opens a lasting memory, which is a ledger of evidence about felt objects.
 
     Args:
         place: Path of an SQLite file.

@@ -1,4 +1,4 @@
-"""Evidence from simulated trials, and observers with a persistent memory."""
+"""Evidence from simulated trials, and observers with a lasting memory."""
 
 import uuid
 from dataclasses import replace
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def describe_trial(record: TrialRecord) -> TrialEvidence | None:
-    """Builds the evidence of a simulated trial for a persistent memory.
+    """Builds the evidence of a simulated trial for a lasting memory.
 
     Returns None if there were no measurements or the noise model is user-defined.
     """
@@ -48,7 +48,7 @@ def describe_trial(record: TrialRecord) -> TrialEvidence | None:
 
 
 def remember_in(setup: "Setup", place: Path | str) -> "Setup":
-    """Returns the setup of an observer that starts with a persistent memory and adds new trials to it.
+    """Returns the setup of an observer that starts with a lasting memory and adds new trials to it.
 
     The number of stored trials is added to the seed, modulo the number of seeds, so that no measurement error is
     drawn twice. Do not change the settings afterwards: the learner's belief depends on them.

@@ -1,4 +1,4 @@
-"""Summary of a persistent memory: beliefs about materials and objects, and the trials that support them."""
+"""Summary of a lasting memory: beliefs about materials and objects, and the trials that support them."""
 
 import itertools
 from collections.abc import Sequence

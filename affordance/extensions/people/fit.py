@@ -67,7 +67,7 @@ class Question:
 
     Attributes:
         lifts: Lifts of participants.
-        learner: Learner that is fitted.
+        learner: Fitted learner.
         settings: All other settings.
         free: Free parameters.
         draws: Number of posterior draws.
@@ -223,8 +223,8 @@ class Question:
     def average_streams(self, place: int, normal: Array) -> float:
         """Estimates a correction to the log evidence of a participant that averages over random streams.
 
-        The expected ratio of the likelihoods for two streams under the posterior for the first stream is the ratio of
-        their evidences. The mean of this ratio is estimated with six further streams, one posterior draw each.
+        Averaged over the posterior for one stream, the likelihood ratio of another stream to this stream equals the
+        ratio of their evidences. The average is estimated with six further streams, one posterior draw each.
 
         Args:
             place: Index of the participant.

@@ -337,7 +337,7 @@ def build_lift_experiment(
     def predict(setup: Setup) -> ObserverNumbers:
         return ObserverNumbers(measure_each(collect(setup), measure), meanings, list_spreads)
 
-    # Closed-form lifts have no torques over time for a persistent memory.
+    # Closed-form lifts have no torques over time for a lasting memory.
     no_memory = "in which nothing is felt"
     return Experiment(run, read, predict, observers, (), no_memory, every_learner=True, settings=LiftSettings)
 

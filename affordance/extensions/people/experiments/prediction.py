@@ -257,7 +257,7 @@ def predict(
         name: Name of the experiment and of its results folder.
         setup: Setup of the experiment.
         measure: Function that simulates observers with each learner and returns their measures.
-        power: Power for the required number of participants.
+        power: Power of the test for which the number of participants is computed.
     """
     found = measure(setup)
     folder = prepare_folder(setup.out / name)

@@ -228,7 +228,7 @@ def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -
 
 
 def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observers: Sequence[int]) -> list[xr.Dataset]:
-    """Simulates observers in the trials of their participants.
+    """Simulates observers that perform the trials of participants.
 
     Several observers with the same objects are simulated together. Their trials must be in closed form. Results equal
     separate runs except for rounding.

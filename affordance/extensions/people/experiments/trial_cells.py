@@ -60,9 +60,9 @@ def read_cells(path: Path, known: Collection[str], needed: Sequence[str], rename
 
     Args:
         path: File of the table.
-        known: This program's names of columns.
+        known: Column names of this program.
         needed: Names of required columns.
-        renamed: Names of columns in the file that differ from this program's names, by this program's names.
+        renamed: Column names in the file that differ from the column names of this program, by the latter.
 
     Raises:
         BadValueError: The file cannot be read, is too large, is not a table, or has a wrong header.

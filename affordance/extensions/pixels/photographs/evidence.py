@@ -96,7 +96,7 @@ def _grow(mask: Mask, by: int) -> Mask:
 
 
 def _spread(values: Array) -> Array:
-    """Assigns the value of the nearest pixel with a value to each pixel."""
+    """Fills pixels without a value with the value of the nearest pixel."""
     nearest = distance_transform_edt(np.isnan(values), return_distances=False, return_indices=True)
     spread: Array = values[tuple(nearest)]
     return spread
