@@ -15,7 +15,7 @@ become a kind of its own.
 
 A further kind of a colour has the prior N(ref, (s ref)^2), where ref = sqrt(mean^2 + variance) is the root mean
 square density of the colour's most populous kind. There is no absolute scale: if all densities are scaled, the odds
-do not change. The density of a new kind is unknown before the lift, so the SD of delta is then kappa times its
+do not change. The density of a further kind is unknown before the lift, so the SD of delta is then kappa times its
 posterior density. The first kind of a colour has the prior of all materials. If a new kind is adopted, it starts with
 an SD of s times its density; for a first kind, the SD is at least the prior's.
 
@@ -51,7 +51,7 @@ _SETTLED, _MAX_PASSES = 1e-5, 50
 
 
 class Hypotheses(NamedTuple):
-    """Hypotheses about the kinds of an object with m colours.
+    """Hypotheses about the kinds of one object with m colours, for all observers.
 
     Each observer has one hypothesis for each combination of kinds. The hypotheses of one observer are consecutive.
     """
@@ -66,7 +66,7 @@ class Hypotheses(NamedTuple):
 class Verdicts(NamedTuple):
     """Hypotheses with their posterior probabilities after a lift."""
 
-    hypotheses: Hypotheses  # hypotheses, with the scatter of new kinds evaluated after the lift
+    hypotheses: Hypotheses  # hypotheses, with the scatter of further kinds evaluated after the lift
     probability: Array  # probability after the lift, (N,)
     log_evidence: Array  # log probability density of the measured torques under the hypothesis, (N,)
     likelihood: Likelihood  # likelihood of the object's densities, expanded at the posterior mode
@@ -198,7 +198,7 @@ def weigh(state: State, seen: Seen, felt: Felt) -> Verdicts:
 
 
 def settle_breadth(hypotheses: Hypotheses, felt: Felt, kappa: Array) -> tuple[Hypotheses, Likelihood, Normals]:
-    """Iterates the scatter SD of new kinds until it equals kappa times their posterior density.
+    """Iterates the scatter SD of further kinds until it equals kappa times their posterior density.
 
     Each pass uses the density from the previous pass; the first pass uses the density before the lift. One pass is
     enough for hypotheses without further kinds. For an object denser than the reference, the density rises towards

@@ -137,7 +137,7 @@ def tabulate_holds(
 
 
 def select_columns(lifts: pd.DataFrame) -> pd.DataFrame:
-    """Selects the columns of lifts.csv, including parameters that differ between observers."""
+    """Selects the columns of lifts.csv and columns of parameters that differ between observers."""
     return lifts[[*COLUMNS, *(name for name in lifts if str(name).startswith(OWN_VALUES))]]
 
 
