@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
 
     Args:
         arguments: Words of the command line; None for the arguments of this process.
-        program: Name of the program, with which messages begin.
+        program: Name of the program at the beginning of messages.
 
     Returns:
         0 after success, 2 for invalid input, 3 if part of the work failed, 130 after an interruption, 141 if the
@@ -157,7 +157,7 @@ def _list_programs(chosen: argparse.Namespace) -> list[Path]:
 
 
 def describe_import_error(error: ImportError) -> str:
-    """Describes in one line a library that cannot be loaded. Errors of the program's own modules are raised again."""
+    """Describes in one line why a library cannot be imported. Errors in the program's modules are raised again."""
     if (error.name or "").partition(".")[0] in ("affordance", "studies"):
         raise error
     if any(sign in str(error) for sign in _NO_MEMORY):

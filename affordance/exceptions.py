@@ -165,7 +165,7 @@ class ModelFileError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class UnavailableError(AffordanceError):
-    """Error for a feature whose software is missing on this machine.
+    """Error for a feature that needs software missing on this machine.
 
     Attributes:
         part: Name of the feature with its verb, as in "rendered pictures are".

@@ -108,13 +108,12 @@ class Settings:
 
     Attributes:
         arm: Drake model directives of the arm.
-        prior: Prior of the density of a material that was never held.
+        prior: Prior of the density of unknown materials.
         learner: Learner of all observers, or its name: "density", "kinds_map" or "kinds_drawn". The paper's learner
             has one density per colour. For robots, ``ARM_LEARNER`` in ``belief.learners`` is recommended.
         noise: Errors of measured joint torques.
-        acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; zero in the
-            paper.
-        cost_measure: Measure by which options are compared.
+        acceleration_sd: Standard deviation of errors in measured joint accelerations, [rad/s^2]; zero in the paper.
+        cost_measure: Cost with which options are compared.
         vision_error: Errors of measured features; zero in the paper.
         eye: Function that measures features, for example in pictures; None for the true features plus errors.
         mpc: Horizon, steps and weights of the controller.

@@ -1,4 +1,4 @@
-"""Your tool: describe a tool in a file, compute its mass, and find the end by which to hold it.
+"""Your tool: describes a tool in a file, computes its mass, and finds the better end to hold.
 
 Prints:
 

@@ -26,7 +26,7 @@ def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
 
 
 def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> None:
-    """Adds ``--jobs``, by default one process per core, for which ``check_bounds`` sets the number."""
+    """Adds ``--jobs``. The default is one process per core, which ``check_bounds`` counts."""
     shown = "one per core" if default is None else str(default)
     parser.add_argument(
         "--jobs", type=int, default=default, metavar="N", help=f"parallel processes (default: {shown})"

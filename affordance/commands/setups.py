@@ -56,7 +56,7 @@ def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
 
 
 def check_own_name(path: Path) -> str:
-    """Returns the name of a file without its suffix, after which the folder of its results is named.
+    """Returns a file's name without suffix, which becomes the name of its results folder.
 
     Raises:
         BadValueError: The name is not valid for a folder, or is used by the program.

@@ -1,4 +1,4 @@
-"""``affordance study``: lists the studies in the repository, each of which is a subcommand."""
+"""``affordance study``: lists the studies in the repository. Each study is a subcommand."""
 
 import argparse
 import json

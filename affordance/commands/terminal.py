@@ -29,7 +29,7 @@ _PATIENCE = 1.0
 
 
 def find_width(stream: TextIO | None = None) -> int:
-    """Finds the width of the terminal to which a stream is written, in characters; 0 if it is not a terminal.
+    """Finds the width of a stream's terminal, in characters; 0 if the stream is not a terminal.
 
     The default stream is standard output. If it is not a terminal, its width is the variable COLUMNS, if set.
     """
@@ -84,7 +84,7 @@ class ElapsedTime:
 
 
 class ShownOutput:
-    """Standard output in which invisible characters are replaced and verdicts are coloured.
+    """Standard output that replaces invisible characters and colours verdicts.
 
     The first text removes the line with the elapsed time, if there is one.
     """

@@ -1,4 +1,4 @@
-"""Lists the files of a model folder on which results depend."""
+"""Lists the files in a model folder that can affect results."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -44,7 +44,7 @@ def list_model_files(folder: Path) -> tuple[Path, ...]:
 
 
 def _list_named(path: Path, package: Path) -> Iterable[Path]:
-    """Lists the files to which a file refers, either in its package or in its folder."""
+    """Lists the files that a file references, either in its package or in its own folder."""
     if path.suffix in _DESCRIPTIONS:
         text = _read(path)
         return [

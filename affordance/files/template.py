@@ -18,7 +18,7 @@ def render_template(
 
 @lru_cache
 def _build_environment(package: str, escapes: bool, filters: _Filters) -> Any:
-    """Builds the environment of a package's templates, in which compiled templates are cached."""
+    """Builds the environment of a package's templates, which caches compiled templates."""
     import jinja2  # imported here because most runs render nothing
 
     environment = jinja2.Environment(

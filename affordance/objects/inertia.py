@@ -122,12 +122,12 @@ class Ellipsoid(Primitive):
         return self.volume * np.diag([*(self.sizes**2 / 5.0), 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """Finds the point whose outward normal is a direction d, (3,), [m]: a^2 d / |a d| with semi-axes a."""
+        """Finds the surface point with outward normal d, shape (3,), [m]: a^2 d / |a d|, with semi-axes a."""
         stretched = self.sizes * direction_E
         return self.sizes * stretched / np.linalg.norm(stretched)
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Computes the radius of curvature along a unit vector d, a b c / |a d|^2 with semi-axes a, b, c, [m]."""
+        """Computes the radius of curvature along a unit vector d, [m]: a b c / |a d|^2, with semi-axes a, b, c."""
         return float(np.prod(self.sizes) / np.sum((self.sizes * direction_E) ** 2))
 
 

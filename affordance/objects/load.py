@@ -232,7 +232,7 @@ def load_tools(
     Args:
         path: Path of the file.
         materials: Available materials by name; None for the program's own.
-        meshes: Folder to which paths of mesh files are relative; None for the folder of the tools file.
+        meshes: Folder of the mesh files; None for the folder of the tools file.
         chosen: Function that returns True for the name of each tool to load. Meshes of other tools are not opened.
 
     Raises:

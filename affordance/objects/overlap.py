@@ -33,7 +33,7 @@ def is_sound(solid: TriangleMesh) -> bool:
 
 
 def unite(solids: Sequence[TriangleMesh]) -> TriangleMesh | None:
-    """Unites solids in the same frame whose surfaces do not intersect themselves.
+    """Unites solids that are in the same frame and do not intersect themselves.
 
     Returns:
         The union, or None if the shared volume is small enough to ignore.

@@ -51,7 +51,7 @@ class JointLimits(NamedTuple):
     tau_max: Array  # on |tau|, [N m]
 
     def compute_loads(self, tau: Array) -> Array:
-        """Divides joint torques, (..., num_joints), [N m], by their limits. An overload gives a value above 1."""
+        """Divides joint torques, (..., num_joints), [N m], by the effort limits. Above 1 is an overload."""
         loads: Array = np.abs(tau) / self.tau_max
         return loads
 
@@ -91,8 +91,8 @@ class Arm:
         """Narrows the position limits of all joints at both ends.
 
         Args:
-            margin: Angle by which each limit moves inwards, [rad].
-            q_start: Joint angles that remain within the limits in any case, (num_joints,), [rad].
+            margin: Reduction at each end, [rad].
+            q_start: Joint angles that always remain within the limits, (num_joints,), [rad].
         """
         return self.limits._replace(
             q_lower=np.minimum(q_start, self.limits.q_lower + margin),
@@ -100,7 +100,7 @@ class Arm:
         )
 
     def find_overloads(self, tau: Array) -> list[Overload]:
-        """Lists the joints whose torques tau, (num_joints,), [N m], exceed their limits, from base to hand."""
+        """Lists the joints with torques tau, (num_joints,), [N m], above their effort limits, from base to hand."""
         found = zip(self.joint_names, np.abs(tau).tolist(), self.limits.tau_max.tolist(), strict=True)
         return [
             Overload(*each) for each, load in zip(found, self.limits.compute_loads(tau), strict=True) if load > 1.0

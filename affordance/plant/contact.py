@@ -72,8 +72,8 @@ class ContactFace(NamedTuple):
 class EffectiveMass:
     """Effective mass along the blow, in one posture, as a function of the payload's inertial parameters.
 
-    The mass matrix is linear in these parameters. Its dependence on them is the payload regressor at unit
-    acceleration of one joint, minus the regressor at rest.
+    The mass matrix is linear in these parameters. Each joint's column of the payload's part is the payload regressor
+    at unit acceleration of this joint, minus the regressor at rest.
     """
 
     def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:

@@ -50,7 +50,7 @@ def add_arm(
 def load_arm(directives: Path = ARM) -> Arm:
     """Loads an arm without geometry, for internal models.
 
-    The result is cached until one of the arm's files changes, so each user must create its own Context.
+    The arm is cached as long as its files do not change, so each user must create its own Context.
 
     Raises:
         ModelFileError: The arm cannot be used.

@@ -43,7 +43,7 @@ _BLOCK = 0.1  # edge of the block that is drawn, [m]
 
 @dataclass(frozen=True)
 class Nail:
-    """Nail in wood, and the depth to which one blow must drive it."""
+    """Nail in wood, with its depth before the blow and the required depth after it."""
 
     diameter: float  # diameter of the shank, [m]
     length: float  # length of the shank, [m]
@@ -82,14 +82,14 @@ class Nail:
         return self.stiffness * max(0.0, depth)
 
     def compute_tip_speed(self, force: Array, effective_mass: Array) -> Array:
-        """Computes the speed at which the tip must strike to reach a peak force of friction, [m/s].
+        """Computes the tip speed at impact that produces a given peak friction force, [m/s].
 
         The kinetic energy at the tip equals the work of friction between the two depths plus the energy stored in the
         contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The nail's few grams are neglected. The speed is zero for
         a force below the resistance at the initial depth.
 
         Args:
-            force: Peak forces, [N].
+            force: Peak friction forces, [N].
             effective_mass: Effective masses along the nail, [kg]; broadcast against the forces.
         """
         lost = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2) / self.stiffness
@@ -109,12 +109,12 @@ class NailRecord(NamedTuple):
 
     @property
     def time_of_touch(self) -> float:
-        """Time at which the tool first touches the nail, [s]; the first time if there is no touch."""
+        """Time of the tool's first contact with the nail, [s]; the first recorded time if there is no contact."""
         return float(self.times[np.argmax(self.contact > _TOUCH)])
 
     @property
     def time_of_rest(self) -> float:
-        """Time at which the nail has completed almost all of its travel, [s]."""
+        """Time at which the nail has almost reached its final depth, [s]."""
         return float(self.times[np.argmax(self.travel >= _ALMOST * self.travel[-1])])
 
 
@@ -159,10 +159,9 @@ class NailEntry(DataModel):
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant that is not yet finalized.
+    """Adds a nail to a plant that is not yet finalized. Body, joint and model instance have the same name.
 
-    The joint's position is the distance by which the nail has been driven. Body, joint and model instance have the
-    same name.
+    The position of the joint is the nail's travel, which is zero at the initial depth.
     """
     nail = placement.nail
     # Frame N: at the top of the head, Nz along the driving direction.
@@ -190,12 +189,11 @@ class NailResistance(SampledSystem):
     """Dry friction of the wood on the nail, which depends on the nail's depth and causes no rebound.
 
     Input ports:
-        state: Distance by which the nail has been driven, and its rate, (2,), [m, m/s].
+        state: Travel of the nail, and its rate, (2,), [m, m/s].
 
     Output ports:
-        force: Generalized forces, (num_velocities,), [N, N m]: the force on the nail along the driving direction, and
-            zeros for all other velocities.
-        resistance: Resistance against being driven in, (1,), [N].
+        force: Generalized forces, (num_velocities,), [N, N m]; zero except for the nail's joint.
+        resistance: Resistance to being driven in, (1,), [N].
     """
 
     def __init__(self, nail: Nail, *, num_velocities: int, index: int) -> None:

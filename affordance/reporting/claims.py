@@ -24,7 +24,7 @@ COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
 
 
 class Unit(NamedTuple):
-    """Unit in which values are shown."""
+    """Unit of displayed values."""
 
     name: str = ""
     scale: float = 1.0  # factor from SI units
@@ -36,7 +36,7 @@ CM, MM, PERCENT = Unit("cm", 100.0), Unit("mm", 1000.0), Unit("%", 100.0, 1)
 
 
 class Criterion(NamedTuple):
-    """Value, all entries of which must satisfy bounds."""
+    """Value with bounds that all its entries must satisfy."""
 
     name: str
     value: Any
@@ -107,7 +107,7 @@ def _judge(criterion: Criterion) -> CriterionResult:
 
 
 def _show(unit: Unit, value: Any, bound: Any) -> str:
-    """Formats a value in its unit, with enough decimals to show on which side of the bound it is."""
+    """Formats a value in its unit, with enough decimals to show if it is above or below the bound."""
     if not value.size:
         return "none"
     entries = np.ravel(value) * unit.scale

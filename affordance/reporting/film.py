@@ -46,7 +46,7 @@ def write_film(path: Path, replay: Replay, *, seconds: float, slower: float) -> 
         path: File to write. Its suffix selects GIF, WebM or MP4 (H.264).
         replay: Scenes to show.
         seconds: Duration that is shown, from the start of each scene, [s].
-        slower: Factor of slow motion.
+        slower: Slow-motion factor.
     """
     scenes = [slow_down(scene) for scene in replay.scenes]
     seconds = min(seconds, max(float(scene.times[-1]) for scene in scenes))

@@ -37,7 +37,7 @@ def format_number(value: float, digits: int = 3) -> str:
 
 
 def format_beside(value: float, bound: float, digits: int = 1) -> str:
-    """Formats a number with at least ``digits`` decimals, and enough to show on which side of a bound it is."""
+    """Formats a number with at least ``digits`` decimals, and enough to show if it is above or below a bound."""
     if 0.0 < abs(bound) < 1e-4:
         return format_number(value, max(2, digits))
     for more in range(digits, _MAX_DIGITS):
@@ -55,7 +55,7 @@ def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = (), width: 
     Args:
         rows: Rows of cells.
         right: Columns that are right-aligned.
-        width: Largest width, for which cells in the widest columns are wrapped between words; 0 for any width.
+        width: Largest width; 0 for any width. If the table is wider, cells in the widest columns are wrapped.
     """
     rows = [[show_text(cell) for cell in row] for row in rows]
     columns = list(zip(*rows, strict=True))

@@ -305,7 +305,7 @@ def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
 
 
 def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    """Computes a digest of names, types, shapes and values, with which a changed file is detected."""
+    """Computes a digest of names, types, shapes and values, to detect changes of a stored repeat."""
     digest = hashlib.sha256()
     for name in sorted(arrays):
         array = np.asarray(arrays[name])
@@ -315,7 +315,7 @@ def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
 
 
 def _stamp_of(folder: Path, repeat: int) -> str:
-    """Returns the text with which a repeat's file is marked, so that files from other folders are detected."""
+    """Returns a text that identifies a repeat and its folder, to detect files from other folders."""
     return f"repeat {repeat} of {folder.name}"
 
 

@@ -2,12 +2,12 @@
 
 The design has not been tested with people. Observers first hold a rod of steel and a rod of beech, and then an odd
 rod, which looks like steel but is made of beech. From then on they choose the next object: another rod that looks
-like steel, another rod of beech, or a rod or block of brass, of which no tool is made. They know their tasks: to grip
-a stick and a hammer, both made of steel and beech, for reaching and for driving a nail.
+like steel, another rod of beech, or a rod or block of brass, although no tool is made of brass. They know their
+tasks: to grip a stick and a hammer, both made of steel and beech, for reaching and for driving a nail.
 
-Expected: observers that value holds by their use for these tasks are uncertain about the steel look, because two rods
-with this look differ. They next lift the third rod with this look, and then stop. The first two claims were written
-before any result was seen, and the third after the simulation but before any data from people.
+Expected: observers that value holds by their use for these tasks are uncertain about the density of objects that look
+like steel, because two such rods differ. They next lift the third such rod, and then stop. The first two claims were
+written before any result was seen, and the third after the simulation but before any data from people.
 
     affordance run examples/experiments/next_lift.py
 """
@@ -176,7 +176,7 @@ def hold(
 def choose(
     offered: Sequence[Tool], things: Sequence[Tool], memory: MaterialMemory, setup: Setup, seed: tuple[int, ...]
 ) -> tuple[int, bool]:
-    """Chooses the object whose hold is worth most for the tasks.
+    """Chooses the object that is most useful to hold for the tasks.
 
     Returns:
         Index of the chosen object in ``offered``, and True if no object is worth holding.
@@ -202,7 +202,7 @@ def choose(
 
 
 def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Simulates one observer. Returns its holds, the trial at which it stops, and their results."""
+    """Simulates one observer. Returns its holds, its stopping trial, and their results."""
     order, memories, records, stopped = hold(setup, things, observer)
     return xr.Dataset(
         {

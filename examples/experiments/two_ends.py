@@ -1,4 +1,4 @@
-"""Tests by which end people hold a stick made of two unknown materials, to reach and to hit.
+"""Tests which end of a stick of two unknown materials people choose to hold, to reach and to hit.
 
 A participant sees two new colours. One belongs to a material that is eleven times as dense as the other. Participants
 can only feel these materials in the two objects of Simulation II, which weigh the same, with their steel far from or
@@ -335,7 +335,7 @@ def _write_table(name: str, build: Callable[[], pd.DataFrame], folder: Path) -> 
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes for each observer of every learner if its choices are correct, by task and number of lifts."""
+    """Tests if each observer's choices are correct, by task and number of lifts, for every learner."""
     choices, values = collect(setup), dict[str, Mapping[str, Any]]()
     for learner, own in choices.groupby("learner", sort=False):
         wide = own.pivot(index="observer", columns=["task", "lifts"], values="right").astype(float)

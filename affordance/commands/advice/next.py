@@ -168,7 +168,7 @@ def _describe_settled(decision: OpenDecision) -> str:
 
 
 def _describe_support(decision: OpenDecision) -> str:
-    """Names the objects on whose evidence a settled choice depends."""
+    """Names the objects that support a settled choice: without their evidence it would not be settled."""
     names = [name_object(name) for name in decision.rests_on]
     if len(names) == 1:
         return f"the choice for {decision.name} rests on {names[0]} alone"

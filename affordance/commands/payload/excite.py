@@ -103,8 +103,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _limit_acceleration(chain: SerialChain, given: Array) -> Array:
     """Returns the acceleration limits, (n,), [rad/s^2].
 
-    Given limits are reduced to the limits in the robot's file. The default are the file's limits, or the usual limit
-    for joints without one.
+    Given limits are reduced to the limits in the robot's file. By default, the file's limits are used, or the usual
+    limit for joints without one.
     """
     usual = np.where(np.isfinite(chain.acceleration_limits), chain.acceleration_limits, USUAL_ACCELERATION)
     return np.minimum(given, chain.acceleration_limits) if len(given) else usual

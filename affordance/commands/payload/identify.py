@@ -235,7 +235,7 @@ def load_robot_of(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
 
 
 def find_flange_of(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
-    """Finds the frame in which the controller expects a payload. If there is no such frame, returns the reason."""
+    """Finds the controller's frame for payloads. If there is none, returns the reason."""
     if loaded.description.kind is SignalKind.WRENCH and not arguments.flange:
         return f"a controller accepts no payload in the sensor frame {robot.tip} (name the flange: --flange NAME)"
     flange = find_flange(robot, arguments.flange or "", loaded.description.base or None)

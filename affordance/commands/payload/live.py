@@ -59,7 +59,7 @@ class _Program(NamedTuple):
 def run(arguments: argparse.Namespace) -> int:
     """Follows a stream, prints one line per event, and returns the exit status.
 
-    The status is 0 if the last final answer is trusted, or if the stream is only recorded. Otherwise it is 3.
+    The status is 0 if the last final answer is trusted or the stream is only recorded, else 3.
     """
     if arguments.seconds is not None:
         check_number("--seconds", arguments.seconds, 0.1, 1e7, "s")
@@ -97,7 +97,7 @@ def _prepare(arguments: argparse.Namespace) -> _Program:
 
 
 def _pretend(arguments: argparse.Namespace) -> Run:
-    """Builds a run from the arguments alone, with which a robot can be loaded without recordings."""
+    """Builds a run from the arguments alone, to load a robot without recordings."""
     times = np.arange(20.0) / 100.0
     zero = np.zeros((20, 1))
     return Run("the stream", RunDescription(("a joint",), SignalKind(arguments.signal)), times, zero, zero)

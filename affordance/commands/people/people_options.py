@@ -57,7 +57,7 @@ def open_table(
 def open_objects(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[Sequence[Tool], Mapping[str, Material]]:
-    """Reads the objects in the table at ``path``, and the materials of which they can be made."""
+    """Reads the objects of the table at ``path``, and the materials that they can have."""
     if arguments.objects is None:
         raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
