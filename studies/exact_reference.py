@@ -15,7 +15,8 @@ enter through I_k(mu), the integral of its likelihood L_k(rho_k) times p(rho_k |
     p(rho_k | all holds) ~ L_k(rho_k) integral of p(rho_k | mu) p(mu) prod_{l != k} I_l(mu) dmu
 
 All integrals are sums over tensor grids with at most three axes. Grids are equally spaced in a variable u for which
-integrands are smooth and vanish at both ends, so that the trapezoidal rule converges exponentially.
+integrands are smooth and vanish at both ends, so that the error of the trapezoidal rule decreases faster than any
+power of the step size.
 """
 
 import argparse

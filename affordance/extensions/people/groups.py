@@ -82,10 +82,10 @@ def describe_groups(
 ) -> dict[str, Any]:
     """Describes groups in the units of the parameters with 90 % intervals, for fit.json.
 
-    Returns: ``groups``: median of each parameter in each group; ``spread``: SD between participants of the logarithm,
-        or of the logit for fractions; ``ratios``: ratio between two groups, or odds ratio for fractions, and the
-        probability that it is above 1; ``people``: parameters of each participant given the groups;
-        ``effective_draws``: effective number of draws for each participant.
+    Returns: Dictionary with ``groups``, the median of each parameter in each group; ``spread``, the SD between
+        participants of the logarithm (logit for fractions); ``ratios``, the ratio between two groups (odds ratio for
+        fractions) and the probability that it is above 1; ``people``, the parameters of each participant given the
+        groups; and ``effective_draws``, the effective number of draws for each participant.
     """
     names = list(dict.fromkeys(groups))
     medians = {

@@ -2,7 +2,7 @@
 
 The silhouette is based on depth and colour. Depth alone does not detect objects that are flatter than its noise;
 colour alone does not detect objects that have the colour of the stand. If possible, the outline is determined from
-colour, which is sharper, as half of the difference between the colours of the object and the stand.
+colour, which is sharper than depth: it is where the colour is halfway between the object and the stand.
 
 Inclined surfaces look darker. Their slope is computed from depth that is averaged over a few millimetres. This is
 correct within a face but not at edges, where the colour under full illumination remains unknown.

@@ -1,4 +1,4 @@
-"""Frozen plan of an experiment for preregistration before data collection.
+"""Plan of an experiment that is frozen for preregistration.
 
 A plan is a JSON file with the learner, its settings, contrasts, claims, the number of participants, and SHA-256
 hashes of the trial table, of the tools file, and of the plan itself. The hashes detect later changes.
