@@ -113,7 +113,7 @@ class Settings:
             has one density per colour. For robots, ``ARM_LEARNER`` in ``belief.learners`` is recommended.
         noise: Errors of measured joint torques.
         acceleration_sd: Standard deviation of errors in measured joint accelerations, [rad/s^2]; zero in the paper.
-        cost_measure: Cost with which options are compared.
+        cost_measure: Cost that is compared between options.
         vision_error: Errors of measured features; zero in the paper.
         eye: Function that measures features, for example in pictures; None for the true features plus errors.
         mpc: Horizon, steps and weights of the controller.

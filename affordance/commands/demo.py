@@ -19,7 +19,7 @@ STOCK, PIECE = MODELS / "workshop" / "blanks.yaml", "bar of oak"
 MASS = 0.550
 # Trials from the memory of a learner that was given recordings of all pieces of stock.
 TRIALS = _FOLDER / "trials.jsonl"
-# Longest command on one line, [characters], and what separates the options of a longer one.
+# Longest command on one line, [characters], and separator of the options in longer commands.
 _WIDTH, _BREAK = 76, " \\\n      --"
 
 

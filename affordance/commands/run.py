@@ -21,7 +21,7 @@ from affordance.robot import Robot
 from affordance.runs.repeats import check_folder
 from affordance.settings import Settings
 
-# Exit status if some of several experiments were left out.
+# Exit status if some of several experiments could not be run.
 LEFT_OUT = 3
 
 

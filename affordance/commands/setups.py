@@ -22,7 +22,7 @@ _TAKEN = (*EXPERIMENTS, "arms", "frames")
 
 
 def check_experiment(arguments: argparse.Namespace, names: Collection[str], *, or_file: bool = False) -> None:
-    """Checks that an experiment exists by name or, if allowed, as a Python file.
+    """Checks that a word names an experiment or, if allowed, a Python file.
 
     Raises:
         BadValueError: There is no such experiment.

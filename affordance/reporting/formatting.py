@@ -122,8 +122,8 @@ def break_line(line: str, width: int) -> list[str]:
 def format_known(value: float, uncertainty: float) -> str:
     """Formats a number with as many digits as its uncertainty allows.
 
-    The last digit corresponds to the second significant digit of the uncertainty. At most three significant digits
-    are shown.
+    The last digit is in the place of the uncertainty's second significant digit. At most three significant digits are
+    shown.
     """
     if not (math.isfinite(value) and math.isfinite(uncertainty)) or uncertainty <= 0.0 or value == 0.0:
         return format_number(value)

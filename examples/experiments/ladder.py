@@ -131,7 +131,7 @@ def run(setup: Setup) -> Results:
 
 
 def predict(setup: Setup) -> ObserverNumbers:
-    """Computes the results of each observer of every learner. Their names begin with the arm."""
+    """Computes the results of each observer of every learner. The name of each result begins with the arm."""
     data = collect(setup)
     return ObserverNumbers(
         {

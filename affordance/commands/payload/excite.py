@@ -145,7 +145,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
-    """Builds the expected precision from gains, torque errors and the assumed load.
+    """Builds the model that predicts the precision, from gains, torque errors and the assumed load.
 
     Raises:
         BadValueError: A joint has no effort limit, and no gains file contains its error.

@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     variance = (arguments.link_error * each_link) ** 2
     of_payload, payload_variance = np.zeros(n), np.zeros(n)
     if payload is not None:
-        k = min(len(payload.mean), 4)  # moments of inertia have no weight
+        k = min(len(payload.mean), 4)  # at rest, moments of inertia cause no torque
         Y = robot.compute_payload_regressors(q, rest, rest)[0][:, :k]
         of_payload = Y @ payload.mean[:k]
         payload_variance = np.einsum("jp,pq,jq->j", Y, payload.covariance[:k, :k], Y)
