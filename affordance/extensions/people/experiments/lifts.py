@@ -188,7 +188,7 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
             "--vision", "", f"is 'pixels', must be 'features' for {name}, whose lifts are in closed form"
         )
     if settings.faults != NO_FAULTS:
-        problem = f"is given, must be omitted for {name}, whose closed-form lifts do not support faults"
+        problem = f"is given, must be omitted for {name}, whose lifts in closed form do not support faults"
         raise BadValueError("--fault", "", problem)
     check_can_be_held(Path(name), tools, settings)
 
