@@ -48,6 +48,7 @@ _LEAST_CURVATURE = 0.1  # smallest curvature of the log posterior by a deviation
 # Expected gain in log posterior below which Newton's method has converged, at the mode and at a node. If the gain is
 # below the last value, one more step is enough, because convergence is quadratic and rounding hides smaller gains.
 _SETTLED, _SETTLED_NODE, _LAST = 1e-20, 1e-10, 1e-10
+_LARGE_GAIN = 30.0  # twice the gain in log posterior above which one Newton step is too inaccurate
 _MOST_STEPS, _MOST_HALVINGS = 100, 40
 _LEAST_SCORE = -8.0  # lower scores are equivalent to minus infinity in double precision
 
@@ -572,7 +573,11 @@ def _tabulate_joint(model: _Model, mode: _Mode) -> _Grid:
         fixed, shape = fixed + unit, (*shape, len(each))
         if level < M - 1:
             here = _climb(model, z, d, np.broadcast_to(fixed, z.shape), _SETTLED_NODE)
-    point, curvature = _look(model, z, d, np.ones(z.shape))  # one Newton step is enough for the deviations
+    point, curvature = _look(model, z, d, np.ones(z.shape))  # one Newton step is enough for the deviations ...
+    rows = np.flatnonzero((curvature.gain > _LARGE_GAIN).any(axis=1))
+    if len(rows):  # ... unless it is long: its expected gain may then be far above the actual gain
+        found = _climb(model.take(rows), z[rows], d[rows], np.ones((len(rows), *z.shape[1:])), _SETTLED_NODE)
+        _, d, point, curvature = _put(_Mode(z, d, point, curvature), rows, found)
     log_p = point.value + 0.5 * (curvature.gain - curvature.log_det)
     log_p = _extend(log_p.reshape(*shape, 1), splines)[..., 0]
     scores, sum_of_widths = np.zeros((*log_p.shape, M)), np.zeros(log_p.shape)
